@@ -1,0 +1,1 @@
+//! Reading points; writing meshes, curves, splines and fields
