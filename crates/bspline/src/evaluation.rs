@@ -1,0 +1,50 @@
+//! Evaluation at many points in parallel.
+
+use rayon::prelude::*;
+
+use crate::spline::Spline;
+
+/// How much to evaluate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Derivatives {
+    /// Values only.
+    Value,
+    /// Values and gradients.
+    Gradient,
+    /// Values, gradients and Hessians.
+    Hessian,
+}
+
+/// What a spline is at many points, in the order of the points. Lists that were not asked for are empty.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Evaluation<const D: usize> {
+    /// `f(Pᵢ)`: length `N`.
+    pub values: Vec<f64>,
+    /// `∇f(Pᵢ)`: `N × D`.
+    pub gradients: Vec<[f64; D]>,
+    /// `∇²f(Pᵢ)`: `N × D × D`.
+    pub hessians: Vec<[[f64; D]; D]>,
+    /// How many points lie outside the box; everything about them is NaN.
+    pub outside: usize,
+}
+
+impl<const D: usize> Spline<D> {
+    /// Evaluates at many points in parallel, each independently of the others.
+    pub fn evaluate(&self, points: &[[f64; D]], derivatives: Derivatives) -> Evaluation<D> {
+        let mut result =
+            Evaluation { outside: points.iter().filter(|p| !self.contains(p)).count(), ..Default::default() };
+        match derivatives {
+            Derivatives::Value => result.values = points.par_iter().map(|p| self.value(p)).collect(),
+            Derivatives::Gradient => {
+                (result.values, result.gradients) = points.par_iter().map(|p| self.value_and_gradient(p)).unzip();
+            }
+            Derivatives::Hessian => {
+                let jets: Vec<_> = points.par_iter().map(|p| self.jet(p)).collect();
+                result.values = jets.iter().map(|j| j.value).collect();
+                result.gradients = jets.iter().map(|j| j.gradient).collect();
+                result.hessians = jets.iter().map(|j| j.hessian).collect();
+            }
+        }
+        result
+    }
+}
