@@ -1,0 +1,73 @@
+//! The box around the points and its nested lattices.
+
+use zeroset_bspline::{KnotError, KnotVector};
+
+/// A box of cubic cells around the points, in frame units. Halving its cells again and again gives lattices that nest.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Domain<const D: usize> {
+    /// Lower corner.
+    pub lower: [f64; D],
+    /// Cells along each axis on the coarsest lattice.
+    pub cells: [usize; D],
+    /// Side of the coarsest lattice's cells.
+    pub spacing: f64,
+}
+
+/// Cells between the points and the faces of the box, on the coarsest lattice.
+const MARGIN: f64 = 2.5;
+
+impl<const D: usize> Domain<D> {
+    /// The box for points whose bounding box has these `sides` (frame units, centred at zero, the longest 1), with
+    /// `cells` cells of the coarsest lattice along the longest side.
+    pub fn around(sides: &[f64; D], cells: usize) -> Self {
+        let spacing = 1.0 / cells as f64;
+        let cells = sides.map(|side| (side / spacing + 2.0 * MARGIN).ceil() as usize);
+        Self { lower: cells.map(|count| -0.5 * spacing * count as f64), cells, spacing }
+    }
+
+    /// The side of a cell after `halvings`.
+    pub fn spacing(&self, halvings: u32) -> f64 {
+        self.spacing / f64::from(1u32 << halvings)
+    }
+
+    /// Cells along each axis after `halvings`.
+    pub fn cells(&self, halvings: u32) -> [usize; D] {
+        self.cells.map(|count| count << halvings)
+    }
+
+    /// Uniform knot vectors on the lattice after `halvings`.
+    ///
+    /// # Errors
+    /// If the degree is not supported.
+    pub fn knots(&self, degree: usize, halvings: u32) -> Result<[KnotVector; D], KnotError> {
+        let cells = self.cells(halvings);
+        let mut knots = Vec::with_capacity(D);
+        for axis in 0..D {
+            knots.push(KnotVector::uniform(degree, self.lower[axis], self.spacing(halvings), cells[axis])?);
+        }
+        // One was pushed per axis.
+        Ok(knots.try_into().expect("one knot vector per axis"))
+    }
+
+    /// The coordinates of the lattice's nodes along each axis, after `halvings`.
+    pub fn nodes(&self, halvings: u32) -> [Vec<f64>; D] {
+        let (cells, spacing) = (self.cells(halvings), self.spacing(halvings));
+        std::array::from_fn(|axis| (0..=cells[axis]).map(|i| self.lower[axis] + i as f64 * spacing).collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_box_leaves_its_margin_and_nests() {
+        let domain = Domain::around(&[1.0, 0.4], 16);
+        assert_eq!(domain.cells, [21, 12]);
+        assert!(domain.lower[0] <= -0.5 - 2.5 / 16.0 && domain.lower[1] <= -0.2 - 2.5 / 16.0);
+        let (coarse, fine) = (domain.knots(3, 0).unwrap(), domain.knots(3, 2).unwrap());
+        assert_eq!(coarse[0].halved().halved(), fine[0]);
+        assert_eq!(domain.nodes(1)[1].len(), 25);
+        assert_eq!(fine[1].domain().1, *domain.nodes(2)[1].last().unwrap());
+    }
+}
