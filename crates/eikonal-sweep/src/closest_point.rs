@@ -1,0 +1,74 @@
+//! Closest-point sweeping: the sweeps of the paper, carrying the index of the nearest sample.
+
+use crate::ghost::{Ghosted, Row};
+use crate::near_field::NearField;
+use crate::sweep::{Swept, sweep};
+
+/// `changed` of a node whose sample was replaced when it was last visited; halved at each visit after that.
+const JUST_CHANGED: u8 = 2;
+
+/// Sweeps the near field outwards in place: each node takes over a neighbour's sample when that sample is nearer to
+/// it than its own. `squared` stays the squared distance to `nearest`, in lattice units.
+///
+/// A node that was offered a sample once need not look at it again (its own distance only falls), so only
+/// neighbours that changed since the node's last visit are asked: in this sweep, or in the one before.
+pub(crate) fn closest_point<const D: usize>(
+    ghosted: &Ghosted<D>,
+    points: &[[f64; D]],
+    near: &mut NearField,
+    rounds: usize,
+) -> Swept {
+    let NearField { squared, nearest } = near;
+    // Ghosts and unreached nodes never change, so nobody asks them.
+    let mut changed: Vec<u8> = squared.iter().map(|value| if value.is_finite() { JUST_CHANGED } else { 0 }).collect();
+    let n = ghosted.row_len();
+    let strides = ghosted.strides();
+    let mut ask = vec![0_u8; n];
+    sweep(ghosted, rounds, |Row { start, node }, forwards| {
+        ask.copy_from_slice(&changed[start - 1..][..n]);
+        for offset in
+            [start + 1].into_iter().chain((0..D - 1).flat_map(|axis| [start - strides[axis], start + strides[axis]]))
+        {
+            for (ask, &changed) in ask.iter_mut().zip(&changed[offset..][..n]) {
+                *ask |= changed;
+            }
+        }
+        let mut at = node.map(|coordinate| coordinate as f64);
+        let mut previous_changed = false;
+        let mut largest = 0.0_f64;
+        for step in 0..n {
+            let k = if forwards { step } else { n - 1 - step };
+            let here = start + k;
+            let mut improved = false;
+            if ask[k] != 0 || previous_changed {
+                at[D - 1] = k as f64;
+                let before = squared[here];
+                for stride in strides {
+                    for there in [here - stride, here + stride] {
+                        let candidate = nearest[there];
+                        if changed[there] == 0 || candidate == nearest[here] {
+                            continue;
+                        }
+                        let offered = squared_distance(&at, &points[candidate as usize]);
+                        if offered < squared[here] {
+                            squared[here] = offered;
+                            nearest[here] = candidate;
+                            improved = true;
+                        }
+                    }
+                }
+                if improved {
+                    largest = largest.max(before.sqrt() - squared[here].sqrt());
+                }
+            }
+            changed[here] = if improved { JUST_CHANGED } else { changed[here] >> 1 };
+            previous_changed = improved;
+        }
+        largest
+    })
+}
+
+#[inline(always)]
+fn squared_distance<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {
+    (0..D).map(|axis| (a[axis] - b[axis]).powi(2)).sum()
+}

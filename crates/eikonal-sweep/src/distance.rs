@@ -1,0 +1,184 @@
+//! The one entrance: options in, distance and report out.
+
+use ndarray::{ArrayD, IxDyn};
+
+use crate::closest_point::closest_point;
+use crate::exact::exact;
+use crate::ghost::Ghosted;
+use crate::godunov::godunov;
+use crate::lattice::{Lattice, MAX_COORDINATE};
+use crate::near_field::near_field;
+
+/// How the distance is computed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Method {
+    /// The paper's fast sweeping method, eqs. 12 and 13: first order in h.
+    Godunov,
+    /// The same sweeps carrying the nearest sample's index. The default.
+    #[default]
+    ClosestPoint,
+    /// A kd-tree query at each node, in parallel.
+    Exact,
+}
+
+/// What to compute.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Options {
+    /// The method. Default: [`Method::ClosestPoint`].
+    pub method: Method,
+    /// Rounds of 2^D sweeps, at least 1. Default: 1, as in the paper. Sweeping stops early when a sweep changes
+    /// nothing. [`Method::Exact`] ignores it.
+    pub rounds: usize,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { method: Method::default(), rounds: 1 }
+    }
+}
+
+/// The distance from a cloud of points to the nodes of a lattice.
+#[derive(Clone, Debug)]
+pub struct Distance {
+    /// Distance to the nearest point at each node, frame unit, ≥ 0 and finite. Shape of the lattice, C order.
+    pub values: ArrayD<f64>,
+    /// Index of the sample that `values` is the distance to; `None` for [`Method::Godunov`], which knows
+    /// no samples. Shape of the lattice, C order.
+    pub nearest: Option<ArrayD<u32>>,
+    /// What was done.
+    pub report: Report,
+}
+
+/// What [`distance`] did.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Report {
+    /// Sweeps over the whole lattice; 0 for [`Method::Exact`].
+    pub sweeps: usize,
+    /// Largest decrease of a value in the last sweep, frame unit.
+    pub last_change: f64,
+    /// Whether the result is a fixed point of the sweeps: the last one changed nothing.
+    pub converged: bool,
+}
+
+/// Why no distance could be computed.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum Error {
+    /// The cloud is empty.
+    #[error("there are no points to measure the distance to")]
+    NoPoints,
+    /// More points than a `u32` index can name.
+    #[error("{count} points are more than the {max} that can be indexed; thin the cloud")]
+    TooManyPoints {
+        /// Number of points given.
+        count: usize,
+        /// The most that are allowed.
+        max: usize,
+    },
+    /// A coordinate is NaN or infinite.
+    #[error("point {index} has the coordinate {value} on axis {axis}; remove it")]
+    NotFinite {
+        /// Index of the point.
+        index: usize,
+        /// Axis, 0 for x.
+        axis: usize,
+        /// The coordinate as given.
+        value: f64,
+    },
+    /// A point is so far away (1e150 cells, or 1e300 frame units) that its squared distance overflows.
+    #[error("point {index} is too far from the lattice for its squared distance to be represented; remove it")]
+    TooFar {
+        /// Index of the point.
+        index: usize,
+    },
+    /// [`Options::rounds`] is 0.
+    #[error("0 rounds of sweeps were asked for; at least 1 is needed")]
+    NoRounds,
+    /// The kd-tree refused distinct, finite points.
+    #[error("the kd-tree could not be built: {0}")]
+    Tree(String),
+}
+
+/// Most points that can be told apart by the index, one value being kept for "none yet".
+const MAX_POINTS: usize = u32::MAX as usize;
+
+/// Most cells between a point and the lattice's origin: its square, summed over the axes, is finite.
+const MAX_CELLS: f64 = 1e150;
+
+/// Unsigned distance from `points` (`N × D`, frame unit) to every node of `lattice`.
+///
+/// Near the points every method is exact: see the crate's first page for which nodes those are.
+///
+/// Points may lie outside the box. [`Method::Exact`] is exact for them too. For the sweeps such a point starts at
+/// the boundary nodes closest to it, with its true distance, and travels inwards from there:
+/// [`Method::ClosestPoint`] then finds it as it finds any other (alone it is exact at every node), while
+/// [`Method::Godunov`] knows only the values at those nodes and overestimates elsewhere. Give the sweeps a
+/// box that holds the points.
+///
+/// # Errors
+/// No points or too many, a coordinate that is not finite, a point absurdly far away, or no rounds.
+pub fn distance<const D: usize>(
+    points: &[[f64; D]],
+    lattice: &Lattice<D>,
+    options: &Options,
+) -> Result<Distance, Error> {
+    if options.rounds == 0 {
+        return Err(Error::NoRounds);
+    }
+    let points = in_lattice_units(points, lattice)?;
+    let h = lattice.spacing();
+    let ghosted = Ghosted::new(lattice.shape());
+    let to_frame = |squared: f64| squared.sqrt() * h;
+    let (values, nearest, swept) = match options.method {
+        Method::Godunov => {
+            let near = near_field(&ghosted, &points);
+            let (u, swept) = godunov(&ghosted, near, options.rounds);
+            (ghosted.strip(&u, |u| u * h), None, Some(swept))
+        }
+        Method::ClosestPoint => {
+            let mut near = near_field(&ghosted, &points);
+            let swept = closest_point(&ghosted, &points, &mut near, options.rounds);
+            let values = ghosted.strip(&near.squared, to_frame);
+            let nearest = ghosted.strip(&near.nearest, |index| index);
+            (values, Some(nearest), Some(swept))
+        }
+        Method::Exact => {
+            let (squared, nearest) = exact(lattice.shape(), &points)?;
+            (squared.into_iter().map(to_frame).collect(), Some(nearest), None)
+        }
+    };
+    let shape = IxDyn(&lattice.shape());
+    let report = Report {
+        sweeps: swept.as_ref().map_or(0, |swept| swept.sweeps),
+        last_change: swept.as_ref().map_or(0.0, |swept| swept.last_change * h),
+        converged: swept.as_ref().is_none_or(|swept| swept.last_change == 0.0),
+    };
+    let one_per_node = "one value per node of the lattice";
+    Ok(Distance {
+        values: ArrayD::from_shape_vec(shape.clone(), values).expect(one_per_node),
+        nearest: nearest.map(|nearest| ArrayD::from_shape_vec(shape, nearest).expect(one_per_node)),
+        report,
+    })
+}
+
+/// The points in lattice units, checked.
+fn in_lattice_units<const D: usize>(points: &[[f64; D]], lattice: &Lattice<D>) -> Result<Vec<[f64; D]>, Error> {
+    if points.is_empty() {
+        return Err(Error::NoPoints);
+    }
+    if points.len() > MAX_POINTS {
+        return Err(Error::TooManyPoints { count: points.len(), max: MAX_POINTS });
+    }
+    let h = lattice.spacing();
+    let convert = |(index, point): (usize, &[f64; D])| {
+        if let Some(axis) = point.iter().position(|value| !value.is_finite()) {
+            return Err(Error::NotFinite { index, axis, value: point[axis] });
+        }
+        let point = lattice.to_lattice_units(point);
+        let too_far = |cells: &f64| cells.abs() > MAX_CELLS || cells.abs() * h > MAX_COORDINATE;
+        if point.iter().any(too_far) {
+            return Err(Error::TooFar { index });
+        }
+        Ok(point)
+    };
+    points.iter().enumerate().map(convert).collect()
+}
