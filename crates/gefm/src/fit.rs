@@ -24,14 +24,23 @@ pub struct Options {
 }
 
 impl Default for Options {
-    /// For points at distance 0.02 on curves or surfaces in a frame of size 1.
+    /// For points at distance 0.02 on curves or surfaces in a frame of size 1, with the continuation. It begins at the
+    /// eigenvector for θ = 1, so that the reweighting would be wasted: one iteration.
     fn default() -> Self {
         Self {
             smoothing_length: 0.01,
             density: 50.0,
-            eigenvector: EigenvectorOptions::default(),
+            eigenvector: EigenvectorOptions { most_iterations: 1, ..EigenvectorOptions::default() },
             continuation: ContinuationOptions::default(),
         }
+    }
+}
+
+impl Options {
+    /// Section 3 of the paper as written: steps (a) to (d), no continuation.
+    pub fn paper() -> Self {
+        let continuation = ContinuationOptions { exponents: Vec::new(), ..ContinuationOptions::default() };
+        Self { eigenvector: EigenvectorOptions::default(), continuation, ..Self::default() }
     }
 }
 
@@ -151,8 +160,7 @@ mod tests {
     #[test]
     fn the_papers_own_steps_report_themselves() {
         let points = outline(200, |t| 0.4 + 0.05 * (3.0 * t).sin());
-        let mut options = options(0.0127);
-        options.continuation.exponents.clear();
+        let options = Options { smoothing_length: 0.00635, density: 1.0 / 0.0127, ..Options::paper() };
         let (f, report) = fit(&points, &[1.0; 200], &lattice(0.6, 12), &options).unwrap();
         let iterations = &report.eigenvector.iterations;
         assert!(iterations.len() >= 2 && iterations[0].ratio.is_none());
