@@ -55,12 +55,52 @@ impl<const D: usize> BandPattern<D> {
         )
     }
 
-    /// Where the entry of a column and a row (not before it in C order, and within the band) is stored.
-    pub(crate) fn position(&self, column: &[usize; D], row: &[usize; D]) -> usize {
+    /// Where the diagonal entry of a column is stored, and by how much the place of an entry grows with each index of its
+    /// row: rows are stored in C order within the column's window.
+    pub(crate) fn column(&self, column: &[usize; D]) -> (usize, [usize; D]) {
         let (lower, upper) = self.window(column);
-        let rank =
-            |index: &[usize; D]| (0..D).fold(0, |rank, a| rank * (upper[a] - lower[a] + 1) + (index[a] - lower[a]));
-        self.columns[self.flat(column)] + rank(row) - rank(column)
+        let mut strides = [1; D];
+        for axis in (0..D - 1).rev() {
+            strides[axis] = strides[axis + 1] * (upper[axis + 1] - lower[axis + 1] + 1);
+        }
+        (self.columns[self.flat(column)], strides)
+    }
+
+    /// Adds the lower triangle of `r rᵀ`, `r` being zero outside the box of `widths` indices from `first` and given
+    /// there in C order. The box must fit into the band.
+    pub(crate) fn add_outer_product(&self, entries: &mut [f64], first: &[usize; D], widths: &[usize; D], r: &[f64]) {
+        // Lines along the last axis are contiguous in every column.
+        let width = widths[D - 1];
+        let lines = r.len() / width;
+        let lead = |line: usize| -> [usize; D] {
+            let mut rest = line;
+            let mut lead = [0; D];
+            for axis in (0..D - 1).rev() {
+                lead[axis] = rest % widths[axis];
+                rest /= widths[axis];
+            }
+            lead
+        };
+        for (k, &a) in r.iter().enumerate() {
+            let (line, last) = (k / width, k % width);
+            let own = lead(line);
+            let mut column: [usize; D] = std::array::from_fn(|axis| first[axis] + own[axis]);
+            column[D - 1] += last;
+            let (diagonal, strides) = self.column(&column);
+            for (position, b) in (diagonal..).zip(&r[k..(line + 1) * width]) {
+                entries[position] += a * b;
+            }
+            for other in line + 1..lines {
+                let lead = lead(other);
+                // Later in C order, so that the sum is not negative although single steps may be.
+                let ahead = (0..D - 1).fold(diagonal, |at, axis| at + lead[axis] * strides[axis])
+                    - (0..D - 1).fold(last, |back, axis| back + own[axis] * strides[axis]);
+                let row = &r[other * width..(other + 1) * width];
+                for (entry, b) in entries[ahead..ahead + width].iter_mut().zip(row) {
+                    *entry += a * b;
+                }
+            }
+        }
     }
 }
 
@@ -69,7 +109,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn rows_ascend_and_positions_find_them() {
+    fn rows_ascend_and_strides_find_them() {
         let pattern = BandPattern::new([4, 5, 3], [2, 3, 1]);
         for column in 0..pattern.size() {
             let rows = &pattern.rows[pattern.columns[column]..pattern.columns[column + 1]];
@@ -83,8 +123,12 @@ mod tests {
                 })
                 .collect();
             assert_eq!(rows, expected);
+            let (diagonal, strides) = pattern.column(&c);
             for (k, &row) in rows.iter().enumerate() {
-                assert_eq!(pattern.position(&c, &pattern.multi_index(row)), pattern.columns[column] + k);
+                let r = pattern.multi_index(row);
+                let place = (0..3).fold(diagonal, |at, a| at + r[a] * strides[a])
+                    - (0..3).fold(0, |b, a| b + c[a] * strides[a]);
+                assert_eq!(place, pattern.columns[column] + k);
             }
         }
     }

@@ -118,12 +118,8 @@ impl<const D: usize> NormalEquations<D> {
             if !(alpha.is_finite() && beta.iter().all(|b| b.is_finite())) {
                 return Err(AssemblyError::BadWeight(point));
             }
-            local_row(collocation, point, alpha, gradient_factors.map(|_| beta), &mut local);
-            for (k, (column, a)) in local.iter().enumerate() {
-                for (row, b) in &local[k..] {
-                    entries[self.pattern.position(column, row)] += a * b;
-                }
-            }
+            let (first, widths) = local_row(collocation, point, alpha, gradient_factors.map(|_| beta), &mut local);
+            self.pattern.add_outer_product(&mut entries, &first, &widths, &local);
         }
         Ok(NormalMatrix { pattern: Arc::clone(&self.pattern), entries })
     }
@@ -137,14 +133,14 @@ impl<const D: usize> NormalEquations<D> {
     }
 }
 
-/// The non-zero entries of one row, in C order of their multi-indices.
+/// The entries of one row in C order over the box on which it does not vanish: its first index and widths.
 fn local_row<const D: usize>(
     collocation: &Collocation<D>,
     point: usize,
     alpha: f64,
     beta: Option<[f64; D]>,
-    out: &mut Vec<([usize; D], f64)>,
-) {
+    out: &mut Vec<f64>,
+) -> ([usize; D], [usize; D]) {
     out.clear();
     let basis = collocation.basis(point);
     let widths: [usize; D] = std::array::from_fn(|axis| basis[axis].derivative(0).len());
@@ -159,8 +155,10 @@ fn local_row<const D: usize>(
                 value += b * product(Some(axis));
             }
         }
-        out.push((std::array::from_fn(|axis| basis[axis].first + k[axis]), value));
-        let Some(axis) = (0..D).rev().find(|&axis| k[axis] + 1 < widths[axis]) else { return };
+        out.push(value);
+        let Some(axis) = (0..D).rev().find(|&axis| k[axis] + 1 < widths[axis]) else {
+            return (basis.each_ref().map(|b| b.first), widths);
+        };
         k[axis] += 1;
         k[axis + 1..].fill(0);
     }

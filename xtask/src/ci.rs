@@ -1,0 +1,42 @@
+//! Everything that a change must pass.
+
+use std::process::Command;
+use std::time::Instant;
+
+use anyhow::{Context, Result, bail};
+
+/// Runs the checks in order and stops at the first that fails.
+pub fn run() -> Result<()> {
+    let nextest = Command::new("cargo").args(["nextest", "--version"]).output().is_ok_and(|o| o.status.success());
+    step("format", cargo(&["fmt", "--all", "--check"]))?;
+    step("lints", cargo(&["clippy", "--quiet", "--workspace", "--all-targets", "--", "-D", "warnings"]))?;
+    if nextest {
+        step("tests", cargo(&["nextest", "run", "--workspace"]))?;
+    } else {
+        step("tests", cargo(&["test", "--quiet", "--workspace", "--lib", "--bins", "--tests"]))?;
+    }
+    step("documentation tests", cargo(&["test", "--quiet", "--workspace", "--doc"]))?;
+    let mut doc = cargo(&["doc", "--quiet", "--workspace", "--no-deps"]);
+    doc.env("RUSTDOCFLAGS", "-D warnings");
+    step("documentation", doc)?;
+    step("golden data", cargo(&["xtask", "golden"]))?;
+    eprintln!("everything passed");
+    Ok(())
+}
+
+fn cargo(arguments: &[&str]) -> Command {
+    let mut command = Command::new("cargo");
+    command.args(arguments);
+    command
+}
+
+fn step(name: &str, mut command: Command) -> Result<()> {
+    eprintln!("── {name}");
+    let start = Instant::now();
+    let status = command.status().with_context(|| format!("{name}: cargo could not be started"))?;
+    if !status.success() {
+        bail!("{name} failed ({status}); run it alone with: {command:?}");
+    }
+    eprintln!("   {name}: {:.0} s", start.elapsed().as_secs_f64());
+    Ok(())
+}
