@@ -72,3 +72,40 @@ pub(crate) fn closest_point<const D: usize>(
 fn squared_distance<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {
     (0..D).map(|axis| (a[axis] - b[axis]).powi(2)).sum()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::near_field::near_field;
+    use proptest::prelude::*;
+
+    proptest! {
+        /// Asking only changed neighbours must not lose anything: at the fixed point no neighbour has a better sample.
+        #[test]
+        fn at_the_fixed_point_no_neighbour_knows_better(
+            points in prop::collection::vec((-3.0..14.0_f64, -3.0..9.0_f64, -3.0..11.0_f64), 1..40),
+        ) {
+            let points: Vec<[f64; 3]> = points.into_iter().map(|(x, y, z)| [x, y, z]).collect();
+            let ghosted = Ghosted::new([12, 7, 9]);
+            let mut near = near_field(&ghosted, &points, 2);
+            let swept = closest_point(&ghosted, &points, &mut near, 50);
+            prop_assert_eq!(swept.last_change, 0.0);
+            for number in 0..ghosted.row_count() {
+                let row = ghosted.row(number, [true; 3]);
+                for k in 0..ghosted.row_len() {
+                    let node = [row.node[0] as f64, row.node[1] as f64, k as f64];
+                    let here = row.start + k;
+                    let own = near.squared[here];
+                    prop_assert_eq!(own, squared_distance(&node, &points[near.nearest[here] as usize]));
+                    for stride in ghosted.strides() {
+                        for there in [here - stride, here + stride] {
+                            if let Some(sample) = points.get(near.nearest[there] as usize) {
+                                prop_assert!(squared_distance(&node, sample) >= own);
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}

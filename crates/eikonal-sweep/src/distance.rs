@@ -29,11 +29,17 @@ pub struct Options {
     /// Rounds of 2^D sweeps, at least 1. Default: 1, as in the paper. Sweeping stops early when a sweep changes
     /// nothing. [`Method::Exact`] ignores it.
     pub rounds: usize,
+    /// Radius in cells, at least 1, of the start values: a node with a point less than `exact_radius`·h away
+    /// starts with its exact distance. Default: 2, a point's own cell and a ring of cells around it. The start takes
+    /// (2·`exact_radius`)^D distances per point. Godunov's scheme is of order h only if `exact_radius`·h is kept while h
+    /// falls; for a constant `exact_radius` it is of order h·log(1/h) around single points.
+    /// [`Method::Exact`] ignores it.
+    pub exact_radius: usize,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { method: Method::default(), rounds: 1 }
+        Self { method: Method::default(), rounds: 1, exact_radius: 2 }
     }
 }
 
@@ -56,7 +62,9 @@ pub struct Report {
     pub sweeps: usize,
     /// Largest decrease of a value in the last sweep, frame unit.
     pub last_change: f64,
-    /// Whether the result is a fixed point of the sweeps: the last one changed nothing.
+    /// Whether the result is proven to be a fixed point of the sweeps: the last one changed nothing. Often `false` after
+    /// one round although nothing more would change, since the proof takes one more sweep. Always `true` for
+    /// [`Method::Exact`].
     pub converged: bool,
 }
 
@@ -93,6 +101,9 @@ pub enum Error {
     /// [`Options::rounds`] is 0.
     #[error("0 rounds of sweeps were asked for; at least 1 is needed")]
     NoRounds,
+    /// [`Options::exact_radius`] is 0.
+    #[error("the start values were given a radius of 0 cells; at least 1 is needed")]
+    NoRadius,
     /// The kd-tree refused distinct, finite points.
     #[error("the kd-tree could not be built: {0}")]
     Tree(String),
@@ -115,7 +126,7 @@ const MAX_CELLS: f64 = 1e150;
 /// box that holds the points.
 ///
 /// # Errors
-/// No points or too many, a coordinate that is not finite, a point absurdly far away, or no rounds.
+/// No points or too many, a coordinate that is not finite, a point absurdly far away, or an option that is 0.
 pub fn distance<const D: usize>(
     points: &[[f64; D]],
     lattice: &Lattice<D>,
@@ -124,18 +135,21 @@ pub fn distance<const D: usize>(
     if options.rounds == 0 {
         return Err(Error::NoRounds);
     }
+    if options.exact_radius == 0 {
+        return Err(Error::NoRadius);
+    }
     let points = in_lattice_units(points, lattice)?;
     let h = lattice.spacing();
     let ghosted = Ghosted::new(lattice.shape());
     let to_frame = |squared: f64| squared.sqrt() * h;
     let (values, nearest, swept) = match options.method {
         Method::Godunov => {
-            let near = near_field(&ghosted, &points);
-            let (u, swept) = godunov(&ghosted, near, options.rounds);
+            let near = near_field(&ghosted, &points, options.exact_radius);
+            let (u, swept) = godunov(&ghosted, near, options.exact_radius, options.rounds);
             (ghosted.strip(&u, |u| u * h), None, Some(swept))
         }
         Method::ClosestPoint => {
-            let mut near = near_field(&ghosted, &points);
+            let mut near = near_field(&ghosted, &points, options.exact_radius);
             let swept = closest_point(&ghosted, &points, &mut near, options.rounds);
             let values = ghosted.strip(&near.squared, to_frame);
             let nearest = ghosted.strip(&near.nearest, |index| index);

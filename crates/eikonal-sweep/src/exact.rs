@@ -43,3 +43,37 @@ pub(crate) fn exact<const D: usize>(shape: [usize; D], points: &[[f64; D]]) -> R
     });
     Ok((squared, nearest))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        /// Coordinates in quarters: many equal coordinates, duplicates and ties.
+        #[test]
+        fn agrees_with_brute_force(
+            points in prop::collection::vec((-8_i32..40, -8_i32..32, 0_i32..3), 1..300),
+        ) {
+            let points: Vec<[f64; 3]> =
+                points.into_iter().map(|(x, y, z)| [x, y, z].map(|q| f64::from(q) * 0.25)).collect();
+            let (squared, nearest) = exact([9, 7, 3], &points).unwrap();
+            for node in 0..9 * 7 * 3 {
+                let at = [node / 21, node / 3 % 7, node % 3].map(|coordinate| coordinate as f64);
+                let to = |p: &[f64; 3]| (0..3).map(|axis| (at[axis] - p[axis]).powi(2)).sum::<f64>();
+                // Quarters and their squares are exact in f64, whatever the order of summation.
+                prop_assert_eq!(squared[node], points.iter().map(to).fold(f64::INFINITY, f64::min));
+                prop_assert_eq!(to(&points[nearest[node] as usize]), squared[node]);
+            }
+        }
+    }
+
+    #[test]
+    fn of_equal_points_the_first_is_reported() {
+        let mut points = vec![[50.0, 50.0]];
+        points.extend([[1.0, 1.0]; 1000]);
+        let (squared, nearest) = exact([3, 3], &points).unwrap();
+        assert_eq!(squared[4], 0.0);
+        assert_eq!(nearest, [1; 9]);
+    }
+}

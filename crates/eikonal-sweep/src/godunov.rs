@@ -1,7 +1,7 @@
 //! The paper's fast sweeping: Godunov's upwind scheme, eqs. 12 and 13, solved by Gauss–Seidel sweeps.
 
 use crate::ghost::{Ghosted, Row};
-use crate::near_field::{EXACT_RADIUS_SQUARED, NearField};
+use crate::near_field::NearField;
 use crate::sweep::{Swept, sweep};
 
 /// Excess of the left-hand side of eq. 12 over h², relative, below which a node counts as solved.
@@ -51,10 +51,16 @@ pub(crate) fn local_solution(a: f64, b: f64, c: f64, h: f64) -> f64 {
     }
 }
 
-/// Sweeps the near field outwards; returns distances in lattice units, with ghosts.
-pub(crate) fn godunov<const D: usize>(ghosted: &Ghosted<D>, near: NearField, rounds: usize) -> (Vec<f64>, Swept) {
+/// Sweeps the near field outwards, nodes less than `radius` cells from a point staying as they are; returns distances in lattice units, with ghosts.
+pub(crate) fn godunov<const D: usize>(
+    ghosted: &Ghosted<D>,
+    near: NearField,
+    radius: usize,
+    rounds: usize,
+) -> (Vec<f64>, Swept) {
     let mut u = near.squared;
-    let fixed: Vec<bool> = u.iter().map(|&squared| squared < EXACT_RADIUS_SQUARED).collect();
+    let exact = (radius as f64).powi(2);
+    let fixed: Vec<bool> = u.iter().map(|&squared| squared < exact).collect();
     for value in &mut u {
         *value = value.sqrt();
     }
@@ -109,4 +115,109 @@ fn relax_row<const FORWARDS: bool>(row: &mut [f64], x_min: &[f64], y_min: &[f64]
         }
     }
     largest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::near_field::near_field;
+    use proptest::prelude::*;
+
+    fn left_hand_side(x: f64, neighbours: [f64; 3]) -> f64 {
+        neighbours.map(|a| positive_part(x - a).powi(2)).iter().sum()
+    }
+
+    /// Checks the equation, and that the order of the arguments does not matter.
+    fn solves(a: f64, b: f64, c: f64, h: f64) -> Result<(), TestCaseError> {
+        let x = local_solution(a, b, c, h);
+        // x and its neighbours are rounded at their own size, and the square doubles a relative error.
+        let tolerance = 16.0 * f64::EPSILON * (a.abs() / h + 4.0);
+        prop_assert!((left_hand_side(x, [a, b, c]) / (h * h) - 1.0).abs() < tolerance);
+        for other in [[a, c, b], [b, a, c], [b, c, a], [c, a, b], [c, b, a]] {
+            prop_assert_eq!(local_solution(other[0], other[1], other[2], h), x);
+        }
+        Ok(())
+    }
+
+    proptest! {
+        #[test]
+        fn case_1_solves_the_equation(a in 0.0..100.0, b in 1.0..9.0, c in 0.0..9.0, h in 0.01..10.0) {
+            let b = a + b * h;
+            solves(a, b, b + c * h, h)?;
+            // Not exactly a + h where b − a was rounded below h.
+            prop_assert!((local_solution(a, b, f64::INFINITY, h) - (a + h)).abs() <= 1e-12 * (a + h));
+        }
+
+        #[test]
+        fn case_2_solves_the_equation(a in 0.0..100.0, b in 0.0..1.0, c in 1.0..9.0, h in 0.01..10.0) {
+            // The condition of case 2 holds from c − a = h on.
+            solves(a, a + b * h, a + c * h, h)?;
+            solves(a, a + b * h, f64::INFINITY, h)?;
+        }
+
+        #[test]
+        fn case_3_solves_the_equation(a in 0.0..100.0, b in 0.0..1.0, c in 0.0..1.0, h in 0.01..10.0) {
+            // b ≤ c < 0.7 h makes (c − a)² + (c − b)² < 0.98 h².
+            let c = 0.7 * c * h;
+            solves(a, a + b * c, a + c, h)?;
+        }
+
+        #[test]
+        fn solution_is_continuous_where_the_cases_meet(a in 0.0..10.0, b in 0.0..1.0, c in 0.0..9.0, h in 0.01..10.0) {
+            // x changes no faster than its arguments, so a step of δ may change it by δ and rounding.
+            let delta = 1e-9 * h;
+            let tolerance = delta + 1e-13;
+            let before = local_solution(a, a + h - delta, a + h + c * h, h);
+            let after = local_solution(a, a + h, a + h + c * h, h);
+            prop_assert!((before - after).abs() <= tolerance);
+            // Cases 2 and 3 meet at (c − a)² + (c − b)² = h², that is c = x of case 2.
+            let border = local_solution(a, a + b * h, f64::INFINITY, h);
+            let before = local_solution(a, a + b * h, border - delta, h);
+            let after = local_solution(a, a + b * h, border + delta, h);
+            prop_assert!((before - after).abs() <= 2.0 * tolerance);
+        }
+    }
+
+    #[test]
+    fn local_solutions_known_in_closed_form() {
+        let inf = f64::INFINITY;
+        assert_eq!(local_solution(3.0, inf, inf, 0.5), 3.5);
+        assert_eq!(local_solution(0.0, 5.0, 0.0, 1.0), 0.5 * 2.0_f64.sqrt());
+        assert_eq!(local_solution(1.0, 1.0, 1.0, 3.0), 1.0 + 27.0_f64.sqrt() / 3.0);
+    }
+
+    /// Solves to the fixed point and checks eqs. 12 and 13 at each node that was free to change.
+    fn fixed_point_satisfies_the_scheme<const D: usize>(shape: [usize; D], points: &[[f64; D]]) {
+        let ghosted = Ghosted::new(shape);
+        let near = near_field(&ghosted, points, 2);
+        let start: Vec<f64> = near.squared.iter().map(|squared| squared.sqrt()).collect();
+        let (u, swept) = godunov(&ghosted, near, 2, 50);
+        assert_eq!(swept.last_change, 0.0, "50 rounds reach the fixed point");
+        let mut free = 0;
+        for number in 0..ghosted.row_count() {
+            let first = ghosted.row(number, [true; D]).start;
+            for at in first..first + ghosted.row_len() {
+                if start[at] < 2.0 {
+                    assert_eq!(u[at], start[at], "exact values stay");
+                    continue;
+                }
+                let mut neighbours = [f64::INFINITY; 3];
+                for (least, stride) in neighbours.iter_mut().zip(ghosted.strides()) {
+                    *least = u[at - stride].min(u[at + stride]);
+                }
+                let side = left_hand_side(u[at], neighbours);
+                assert!(side <= 1.0 + SOLVED);
+                // Equality up to SOLVED and rounding, except where the start value was already lower.
+                assert!(side >= 1.0 - 2.0 * SOLVED || u[at] == start[at]);
+                free += usize::from(u[at] < start[at]);
+            }
+        }
+        assert!(free > 100, "the test looked at free nodes");
+    }
+
+    #[test]
+    fn fixed_points_satisfy_equations_12_and_13() {
+        fixed_point_satisfies_the_scheme([30, 21], &[[3.2, 4.9], [20.0, 11.1], [8.0, 18.7]]);
+        fixed_point_satisfies_the_scheme([12, 9, 14], &[[3.2, 4.9, 0.3], [10.0, 1.1, 12.9]]);
+    }
 }

@@ -30,10 +30,10 @@
 //!
 //! # Guaranteed
 //!
-//! * **Exact near the points**, for every method: a node with a point less than 2h away has the distance to
-//!   the nearest point of the *whole* cloud (up to rounding), not just of its own cell. These nodes include all
-//!   corners of every cell that holds a point (at most √3·h away) and most of the ring around them;
-//!   [`Method::Godunov`] never changes them afterwards.
+//! * **Exact near the points**, for every method: a node with a point less than 2h away
+//!   ([`Options::exact_radius`]) has the distance to the nearest point of the *whole* cloud (up to rounding), not just of
+//!   its own cell. These nodes include all corners of every cell that holds a point (at most √3·h away) and most of
+//!   the ring around them; [`Method::Godunov`] never changes them afterwards.
 //! * [`Method::ClosestPoint`] gives the distance to a real sample, the one in `nearest`: never
 //!   below the true distance.
 //! * More rounds never increase a value.
