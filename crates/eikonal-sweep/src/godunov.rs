@@ -217,7 +217,10 @@ mod tests {
 
     #[test]
     fn fixed_points_satisfy_equations_12_and_13() {
-        fixed_point_satisfies_the_scheme([30, 21], &[[3.2, 4.9], [20.0, 11.1], [8.0, 18.7]]);
+        // Two points see the node (5, 5) at a right angle from 1.5 cells: there the scheme would undercut the
+        // exact value, 0.5 + √½ < 1.5.
+        let corner = [[3.5, 5.0], [5.0, 3.5]];
+        fixed_point_satisfies_the_scheme([30, 21], &[[20.0, 11.1], [8.0, 18.7], corner[0], corner[1]]);
         fixed_point_satisfies_the_scheme([12, 9, 14], &[[3.2, 4.9, 0.3], [10.0, 1.1, 12.9]]);
     }
 }
