@@ -1,0 +1,56 @@
+//! Which points are held out, to judge and not to fit.
+
+/// Fewer held-out points than this say nothing: then none are held out.
+pub(crate) const LEAST_HELD_OUT: usize = 16;
+
+/// For every point whether it is held out: a hash of its coordinates falls below `fraction`. The choice does not depend
+/// on the order of the points, and equal points share their fate.
+pub(crate) fn held_out<const D: usize>(points: &[[f64; D]], fraction: f64, seed: u64) -> Vec<bool> {
+    let held: Vec<bool> = points.iter().map(|p| unit_interval(hash(p, seed)) < fraction).collect();
+    let count = held.iter().filter(|&&h| h).count();
+    if count < LEAST_HELD_OUT || count == points.len() { vec![false; points.len()] } else { held }
+}
+
+/// The finaliser of SplitMix64 (Steele, Lea and Flood 2014), chained over the bits of the coordinates.
+fn hash<const D: usize>(point: &[f64; D], seed: u64) -> u64 {
+    point.iter().fold(seed, |state, x| {
+        // Adding zero makes the two zeros one.
+        let mut z = state.wrapping_add(0x9e37_79b9_7f4a_7c15) ^ (x + 0.0).to_bits();
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    })
+}
+
+fn unit_interval(bits: u64) -> f64 {
+    (bits >> 11) as f64 / (1u64 << 53) as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn spiral(count: usize) -> Vec<[f64; 2]> {
+        (0..count).map(|i| i as f64 * 0.01).map(|t| [t * t.cos(), t * t.sin()]).collect()
+    }
+
+    #[test]
+    fn the_share_is_met_and_the_order_does_not_matter() {
+        let points = spiral(10_000);
+        let held = held_out(&points, 0.05, 0);
+        let count = held.iter().filter(|&&h| h).count();
+        // Binomial: 500 ± 22 per standard deviation.
+        assert!((400..600).contains(&count), "{count}");
+        let reversed: Vec<[f64; 2]> = points.iter().rev().copied().collect();
+        let mut back = held_out(&reversed, 0.05, 0);
+        back.reverse();
+        assert_eq!(held, back);
+        assert_ne!(held, held_out(&points, 0.05, 1), "the seed changes the choice");
+    }
+
+    #[test]
+    fn too_few_to_judge_means_none() {
+        assert!(held_out(&spiral(100), 0.05, 0).iter().all(|h| !h));
+        assert!(held_out(&spiral(1000), 0.0, 0).iter().all(|h| !h));
+    }
+}

@@ -1,0 +1,144 @@
+//! Approximate inverses of the model's matrix.
+
+use zeroset_multigrid::{Factor, NormalEquations};
+
+use crate::error::Error;
+use crate::options::{Options, Preconditioner};
+use crate::quadratic_model::QuadraticModel;
+use crate::rows::{Rows, dot};
+
+/// Terms of the Chebyshev polynomial: one more than the products with the operator.
+const CHEBYSHEV_TERMS: usize = 3;
+
+/// The polynomial damps the part of the spectrum above `λ_max` over this.
+const CHEBYSHEV_RATIO: f64 = 30.0;
+
+/// Power iterations for `λ_max`, and what is added because they approach it from below.
+const POWER_STEPS: usize = 10;
+const POWER_MARGIN: f64 = 1.2;
+
+/// What stays while the model changes.
+#[derive(Debug)]
+pub(crate) enum Kind<const D: usize> {
+    Cholesky(NormalEquations<D>),
+    /// Diagonal of `H`.
+    Chebyshev(Vec<f64>),
+    /// Diagonal of `H`.
+    Jacobi(Vec<f64>),
+    None,
+}
+
+/// `P⁻¹` for one model.
+#[derive(Debug)]
+pub(crate) enum Inverse {
+    Cholesky(Factor),
+    Chebyshev { inverse_diagonal: Vec<f64>, largest: f64 },
+    Jacobi { inverse_diagonal: Vec<f64> },
+    None,
+}
+
+impl<const D: usize> Kind<D> {
+    pub(crate) fn choose(model_energy: &zeroset_bspline::DerivativeEnergy<D>, options: &Options) -> Self {
+        let unknowns: usize = model_energy.shape().iter().product();
+        let limit = options.direct_limit.unwrap_or(if D == 2 { 100_000 } else { 20_000 });
+        match options.preconditioner {
+            Preconditioner::Automatic if unknowns <= limit => Self::Cholesky(NormalEquations::new(model_energy)),
+            Preconditioner::Cholesky => Self::Cholesky(NormalEquations::new(model_energy)),
+            Preconditioner::Automatic | Preconditioner::Chebyshev => Self::Chebyshev(model_energy.diagonal()),
+            Preconditioner::Jacobi => Self::Jacobi(model_energy.diagonal()),
+            Preconditioner::None => Self::None,
+        }
+    }
+
+    pub(crate) fn invert(&self, model: &QuadraticModel<'_, D>) -> Result<Inverse, Error> {
+        Ok(match self {
+            Self::Cholesky(equations) => Inverse::Cholesky(factor(equations, &model.jacobian, model.weight)?),
+            Self::Chebyshev(energy) => {
+                let inverse_diagonal = inverse(&model.diagonal(energy));
+                let largest = largest_eigenvalue(model, &inverse_diagonal);
+                Inverse::Chebyshev { inverse_diagonal, largest }
+            }
+            Self::Jacobi(energy) => Inverse::Jacobi { inverse_diagonal: inverse(&model.diagonal(energy)) },
+            Self::None => Inverse::None,
+        })
+    }
+}
+
+/// Factors `JᵀJ + wH`. It is singular along `f` where `f` has no energy, as a plane does; then `Σ qᵢqᵢᵀ/‖∇f‖² + wH` of
+/// equation (7) takes its place, which differs by the distances over the cell size.
+fn factor<const D: usize>(
+    equations: &NormalEquations<D>,
+    jacobian: &Rows<'_, D>,
+    weight: f64,
+) -> Result<Factor, Error> {
+    let (collocation, alpha) = (jacobian.collocation(), &jacobian.alpha);
+    let matrix = equations.rows(collocation, alpha, Some(&jacobian.beta), weight)?;
+    match equations.factor(&matrix) {
+        Ok(factor) => Ok(factor),
+        Err(_) => Ok(equations.factor(&equations.rows(collocation, alpha, None, weight)?)?),
+    }
+}
+
+fn inverse(diagonal: &[f64]) -> Vec<f64> {
+    // Every basis function has energy on some span, so that no entry is zero unless it underflows.
+    diagonal.iter().map(|&d| if d > 0.0 { 1.0 / d } else { 1.0 }).collect()
+}
+
+/// Power iteration on the operator scaled by its diagonal, from fixed pseudo-random signs.
+fn largest_eigenvalue<const D: usize>(model: &QuadraticModel<'_, D>, inverse_diagonal: &[f64]) -> f64 {
+    let roots: Vec<f64> = inverse_diagonal.iter().map(|d| d.sqrt()).collect();
+    let sign = |i: usize| if (i as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 63 == 0 { 1.0 } else { -1.0 };
+    let mut x: Vec<f64> = (0..roots.len()).map(sign).collect();
+    let mut largest = 1.0;
+    for _ in 0..POWER_STEPS {
+        let norm = dot(&x, &x).sqrt();
+        let scaled: Vec<f64> = x.iter().zip(&roots).map(|(x, d)| x / norm * d).collect();
+        x = model.apply(&scaled);
+        x.iter_mut().zip(&roots).for_each(|(x, d)| *x *= d);
+        largest = dot(&x, &x).sqrt().max(f64::MIN_POSITIVE);
+    }
+    POWER_MARGIN * largest
+}
+
+impl Inverse {
+    /// `P⁻¹ r`.
+    pub(crate) fn apply<const D: usize>(&self, model: &QuadraticModel<'_, D>, r: &[f64]) -> Vec<f64> {
+        match self {
+            Self::None => r.to_vec(),
+            Self::Jacobi { inverse_diagonal } => r.iter().zip(inverse_diagonal).map(|(r, d)| r * d).collect(),
+            Self::Cholesky(factor) => {
+                // The factor is of half of M.
+                let mut z = factor.solve(r);
+                z.iter_mut().for_each(|z| *z *= 0.5);
+                z
+            }
+            Self::Chebyshev { inverse_diagonal, largest } => chebyshev(model, r, inverse_diagonal, *largest),
+        }
+    }
+}
+
+/// The Chebyshev semi-iteration from zero for `[λ_max / ratio, λ_max]` (Saad 2003, algorithm 12.1): a fixed polynomial in
+/// the scaled operator, positive on its spectrum.
+fn chebyshev<const D: usize>(
+    model: &QuadraticModel<'_, D>,
+    r: &[f64],
+    inverse_diagonal: &[f64],
+    largest: f64,
+) -> Vec<f64> {
+    let smallest = largest / CHEBYSHEV_RATIO;
+    let (centre, half) = (0.5 * (largest + smallest), 0.5 * (largest - smallest));
+    let sigma = centre / half;
+    let mut rho = 1.0 / sigma;
+    let mut d: Vec<f64> = r.iter().zip(inverse_diagonal).map(|(r, w)| r * w / centre).collect();
+    let mut z = d.clone();
+    for _ in 1..CHEBYSHEV_TERMS {
+        let applied = model.apply(&z);
+        let next = 1.0 / (2.0 * sigma - rho);
+        for i in 0..z.len() {
+            d[i] = next * rho * d[i] + 2.0 * next / half * inverse_diagonal[i] * (r[i] - applied[i]);
+        }
+        z.iter_mut().zip(&d).for_each(|(z, d)| *z += d);
+        rho = next;
+    }
+    z
+}

@@ -1,0 +1,105 @@
+//! Truncated conjugate gradients for the trust-region sub-problem (Toint 1981, Steihaug 1983).
+
+use crate::quadratic_model::Complement;
+use crate::report::SubProblemEnd;
+use crate::rows::dot;
+
+/// A trial step.
+#[derive(Debug, Clone)]
+pub(crate) struct Step {
+    pub(crate) g: Vec<f64>,
+    /// Length of `g` in the norm of the trust region.
+    pub(crate) norm: f64,
+    /// `Q(0) − Q(g)`.
+    pub(crate) predicted_decrease: f64,
+    pub(crate) cg_steps: usize,
+    pub(crate) end: SubProblemEnd,
+}
+
+/// When to leave the conjugate gradients.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Truncation {
+    pub(crate) radius: f64,
+    pub(crate) most_steps: usize,
+    pub(crate) tolerance: f64,
+}
+
+/// Lowers `Q(g) = bᵀg + ½ gᵀMg` over the complement and inside `gᵀPg ≤ radius²`, P being the preconditioner: along the
+/// conjugate directions until the boundary, a direction of negative curvature, or the end of [`Truncation`].
+///
+/// The iterates grow in the norm of P (Steihaug 1983, theorem 2.1), so that the first to leave the ball ends it.
+pub(crate) fn steihaug(
+    apply: impl Fn(&[f64]) -> Vec<f64>,
+    precondition: impl Fn(&[f64]) -> Vec<f64>,
+    gradient: &[f64],
+    complement: &Complement,
+    truncation: &Truncation,
+) -> Step {
+    let preconditioned = |r: &[f64]| {
+        let mut z = precondition(r);
+        complement.project(&mut z);
+        z
+    };
+    let mut g = vec![0.0; gradient.len()];
+    let mut r = gradient.to_vec();
+    let z = preconditioned(&r);
+    let mut rz = dot(&r, &z);
+    let first = rz;
+    let mut p: Vec<f64> = z.iter().map(|z| -z).collect();
+    // gᵀPg, gᵀPp and pᵀPp by recurrence: P itself is never applied.
+    let (mut gg, mut gp, mut pp) = (0.0, 0.0, rz);
+    let mut steps = 0;
+    let mut end = SubProblemEnd::Truncated;
+    if rz <= 0.0 || rz.is_nan() {
+        end = SubProblemEnd::Interior;
+    }
+    while end == SubProblemEnd::Truncated && steps < truncation.most_steps {
+        let mp = apply(&p);
+        steps += 1;
+        let curvature = dot(&p, &mp);
+        let alpha = rz / curvature;
+        let grown = gg + 2.0 * alpha * gp + alpha * alpha * pp;
+        // Written so that a curvature that is not a number counts as negative.
+        let convex = curvature > 0.0;
+        if !convex || grown >= truncation.radius.powi(2) {
+            end = if convex { SubProblemEnd::Boundary } else { SubProblemEnd::NegativeCurvature };
+            // Without a bound there is nothing to walk to: keep what there is.
+            if truncation.radius.is_finite() {
+                let tau = to_boundary(gg, gp, pp, truncation.radius);
+                advance(&mut g, &p, tau);
+                advance(&mut r, &mp, tau);
+                gg = truncation.radius.powi(2);
+            }
+            break;
+        }
+        advance(&mut g, &p, alpha);
+        advance(&mut r, &mp, alpha);
+        gg = grown;
+        let z = preconditioned(&r);
+        let next = dot(&r, &z);
+        // A preconditioner that is not positive, or rounding: no further direction can be trusted.
+        if next <= 0.0 || next.is_nan() || next.sqrt() <= truncation.tolerance * first.sqrt() {
+            end = SubProblemEnd::Interior;
+            break;
+        }
+        let beta = next / rz;
+        rz = next;
+        gp = beta * (gp + alpha * pp);
+        pp = rz + beta * beta * pp;
+        p.iter_mut().zip(&z).for_each(|(p, z)| *p = beta * *p - z);
+    }
+    // r = b + M g, so that bᵀg + ½ gᵀMg = ½ gᵀ(b + r).
+    let predicted_decrease = -0.5 * (dot(&g, gradient) + dot(&g, &r));
+    Step { g, norm: gg.max(0.0).sqrt(), predicted_decrease, cg_steps: steps, end }
+}
+
+fn advance(x: &mut [f64], p: &[f64], length: f64) {
+    x.iter_mut().zip(p).for_each(|(x, p)| *x += length * p);
+}
+
+/// The positive root τ of `gg + 2τ gp + τ² pp = radius²`, without cancellation.
+fn to_boundary(gg: f64, gp: f64, pp: f64, radius: f64) -> f64 {
+    let gap = (radius * radius - gg).max(0.0);
+    let root = (gp * gp + pp * gap).sqrt();
+    if gp > 0.0 { gap / (gp + root) } else { (root - gp) / pp }
+}
