@@ -3,14 +3,53 @@
 use ndarray::ArrayD;
 
 use crate::basis::{Basis, MAX_DERIVATIVE};
+use crate::knot_vector::KnotVector;
 use crate::spline::{Jet, Spline};
 use crate::tensor::apply_along;
 
-/// The basis functions of one axis at many positions: the one-dimensional collocation matrix, `C` of equation (15).
-struct AxisCollocation {
+/// The basis functions of one axis at many positions: the one-dimensional collocation matrix whose Kronecker products are
+/// the collocation matrix of a lattice.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AxisCollocation {
     width: usize,
     first: Vec<usize>,
     entries: Vec<f64>,
+}
+
+impl AxisCollocation {
+    /// The `order`-th derivatives of the basis functions at each position; NaN at positions outside the domain.
+    ///
+    /// # Panics
+    /// If `order` is above [`MAX_DERIVATIVE`].
+    #[track_caller]
+    pub fn new(knots: &KnotVector, positions: &[f64], order: usize) -> Self {
+        let width = knots.degree() + 1;
+        let (mut first, mut entries) =
+            (Vec::with_capacity(positions.len()), Vec::with_capacity(positions.len() * width));
+        for &x in positions {
+            match Basis::at(knots, x, order) {
+                Some(basis) => {
+                    first.push(basis.first);
+                    entries.extend_from_slice(basis.derivative(order));
+                }
+                None => {
+                    first.push(0);
+                    entries.extend(std::iter::repeat_n(f64::NAN, width));
+                }
+            }
+        }
+        Self { width, first, entries }
+    }
+
+    /// Number of positions.
+    pub fn rows(&self) -> usize {
+        self.first.len()
+    }
+
+    /// The first basis function that does not vanish at a position, and the values from there.
+    pub fn row(&self, row: usize) -> (usize, &[f64]) {
+        (self.first[row], &self.entries[row * self.width..][..self.width])
+    }
 }
 
 impl<const D: usize> Spline<D> {
@@ -27,10 +66,8 @@ impl<const D: usize> Spline<D> {
         let mut shape = self.shape();
         let mut values = self.as_flat().to_vec();
         for axis in (0..D).rev() {
-            let collocation = self.axis_collocation(axis, &axes[axis], order[axis]);
-            values = apply_along(&values, &shape, axis, axes[axis].len(), |i| {
-                (collocation.first[i], &collocation.entries[i * collocation.width..][..collocation.width])
-            });
+            let collocation = AxisCollocation::new(&self.knots()[axis], &axes[axis], order[axis]);
+            values = apply_along(&values, &shape, axis, collocation.rows(), |i| collocation.row(i));
             shape[axis] = axes[axis].len();
         }
         // The passes above fill exactly this shape.
@@ -52,26 +89,6 @@ impl<const D: usize> Spline<D> {
             gradient: std::array::from_fn(|a| gradient[a][&i]),
             hessian: std::array::from_fn(|a| std::array::from_fn(|b| hessian[a.min(b)][a.max(b)][&i])),
         })
-    }
-
-    fn axis_collocation(&self, axis: usize, positions: &[f64], order: usize) -> AxisCollocation {
-        let knots = &self.knots()[axis];
-        let width = knots.degree() + 1;
-        let (mut first, mut entries) =
-            (Vec::with_capacity(positions.len()), Vec::with_capacity(positions.len() * width));
-        for &x in positions {
-            match Basis::at(knots, x, order) {
-                Some(basis) => {
-                    first.push(basis.first);
-                    entries.extend_from_slice(basis.derivative(order));
-                }
-                None => {
-                    first.push(0);
-                    entries.extend(std::iter::repeat_n(f64::NAN, width));
-                }
-            }
-        }
-        AxisCollocation { width, first, entries }
     }
 }
 

@@ -61,5 +61,7 @@ pub use energy::{DerivativeEnergy, EnergyError};
 pub use evaluation::{Derivatives, Evaluation};
 pub use gram::BandedMatrix;
 pub use knot_vector::{KnotError, KnotVector, MAX_DEGREE};
+pub use lattice::AxisCollocation;
 pub use refinement::{Refinement, RefinementError};
 pub use spline::{Jet, Spline, SplineError};
+pub use tensor::apply_along;

@@ -56,10 +56,14 @@ pub(crate) fn scatter<const D: usize>(
     along(out, strides, first, weights, factor);
 }
 
-/// Applies a row-banded matrix along one axis of a C-ordered array of `shape`, in parallel and in a fixed order.
+/// Applies a row-banded matrix along one axis of a C-ordered array of `shape`: the separable pass of which lattice
+/// sampling, refinement, Gram matrices and least squares are made. Parallel, each entry summed in a fixed order.
 ///
-/// `row(i)` gives the first column and the entries of row `i`; the axis then has `rows` entries.
-pub(crate) fn apply_along<'m>(
+/// `row(i)` gives the first column and the entries of row `i`; along that axis the result has `rows` entries.
+///
+/// # Panics
+/// If `input` does not have the shape, or a row reaches beyond the axis.
+pub fn apply_along<'m>(
     input: &[f64],
     shape: &[usize],
     axis: usize,
