@@ -1,0 +1,185 @@
+//! The vertices of a PLY file, ascii or binary.
+
+use ply_rs::parser::Parser;
+use ply_rs::ply::{
+    Addable, ElementDef, Encoding, Property, PropertyAccess, PropertyAccessResult, PropertyDef, PropertyType,
+};
+
+use crate::ply_header::{PlyElement, PlyHeader};
+use crate::points::{Dimension, Points, Rows};
+use crate::read_error::{Malformed, quoted};
+
+/// Reads x, y\[, z\] and, where all are there, nx, ny\[, nz\] of the element `vertex`. What follows the vertices is not read.
+pub(crate) fn parse(bytes: &[u8]) -> Result<Points, Malformed> {
+    let header = PlyHeader::parse(bytes)?;
+    let columns = Columns::of(&header.vertex)?;
+    let body = bytes.get(header.body..).unwrap_or_default();
+    let rows = Rows::new(columns.dimension, columns.with_normals);
+    match header.encoding {
+        Encoding::Ascii => parse_ascii(body, &header, &columns, rows),
+        Encoding::BinaryLittleEndian => {
+            parse_binary(body, &header, &columns, rows, |r, d| Parser::new().read_little_endian_element(r, d))
+        }
+        Encoding::BinaryBigEndian => {
+            parse_binary(body, &header, &columns, rows, |r, d| Parser::new().read_big_endian_element(r, d))
+        }
+    }
+}
+
+/// Which properties hold what: `slots[k]` is the position of the k-th of `x y [z] [nx ny [nz]]`.
+struct Columns {
+    slots: Vec<usize>,
+    dimension: Dimension,
+    with_normals: bool,
+}
+
+impl Columns {
+    fn of(vertex: &PlyElement) -> Result<Self, Malformed> {
+        let find = |wanted: &str| -> Result<Option<usize>, Malformed> {
+            let mut hits =
+                vertex.properties.iter().enumerate().filter(|(_, (name, _))| name.eq_ignore_ascii_case(wanted));
+            match (hits.next(), hits.next()) {
+                (_, Some(_)) => Err(Malformed::file(format!("the vertices have two properties {wanted:?}"))),
+                (Some((_, (_, PropertyType::List(..)))), None) => {
+                    Err(Malformed::file(format!("the vertices' property {wanted:?} is a list, not a number")))
+                }
+                (hit, None) => Ok(hit.map(|(position, _)| position)),
+            }
+        };
+        let missing = |name: &str| Malformed::file(format!("the vertices have no property {name:?}"));
+        let x = find("x")?.ok_or_else(|| missing("x"))?;
+        let y = find("y")?.ok_or_else(|| missing("y"))?;
+        let (mut slots, mut normals, mut dimension) = (vec![x, y], vec![find("nx")?, find("ny")?], Dimension::Two);
+        if let Some(z) = find("z")? {
+            slots.push(z);
+            normals.push(find("nz")?);
+            dimension = Dimension::Three;
+        }
+        let normals: Option<Vec<usize>> = normals.into_iter().collect();
+        let with_normals = normals.is_some();
+        slots.extend(normals.unwrap_or_default());
+        Ok(Self { slots, dimension, with_normals })
+    }
+}
+
+/// The numbers of one binary row that are wanted, by slot; everything else is passed over.
+struct Row([f64; 6]);
+
+/// The definition handed to ply-rs: a property's key is its slot as a digit, or its position behind a `-` if it is not wanted.
+fn definition(element: &PlyElement, slots: &[usize]) -> ElementDef {
+    let mut definition = ElementDef::new(element.name.clone());
+    definition.count = element.count;
+    for (position, (_, data_type)) in element.properties.iter().enumerate() {
+        let key = match slots.iter().position(|slot| *slot == position) {
+            Some(slot) => slot.to_string(),
+            None => format!("-{position}"),
+        };
+        definition.properties.add(PropertyDef::new(key, data_type.clone()));
+    }
+    definition
+}
+
+impl PropertyAccess for Row {
+    fn new() -> Self {
+        Self([0.0; 6])
+    }
+
+    fn set_property(&mut self, key: &str, property: Property) -> PropertyAccessResult {
+        let value = match property {
+            Property::Char(v) => v.into(),
+            Property::UChar(v) => v.into(),
+            Property::Short(v) => v.into(),
+            Property::UShort(v) => v.into(),
+            Property::Int(v) => v.into(),
+            Property::UInt(v) => v.into(),
+            Property::Float(v) => v.into(),
+            Property::Double(v) => v,
+            _ => return PropertyAccessResult::Ignored,
+        };
+        let slot = key.bytes().next().and_then(|digit| self.0.get_mut(usize::from(digit.wrapping_sub(b'0'))));
+        match slot {
+            Some(slot) => {
+                *slot = value;
+                PropertyAccessResult::Set
+            }
+            None => PropertyAccessResult::Ignored,
+        }
+    }
+}
+
+fn parse_binary(
+    mut body: &[u8],
+    header: &PlyHeader,
+    columns: &Columns,
+    mut rows: Rows,
+    read: impl Fn(&mut &[u8], &ElementDef) -> ply_rs::parser::Result<Row>,
+) -> Result<Points, Malformed> {
+    let mut row = |element: &PlyElement, definition: &ElementDef, index: usize| {
+        read(&mut body, definition).map_err(|error| {
+            Malformed::file(format!("{} {index} of {}: {error}", quoted(&element.name), element.count))
+        })
+    };
+    // Rows without properties have no bytes, so any number of them passes the size check: do not loop over them.
+    for element in header.before.iter().filter(|e| !e.properties.is_empty()) {
+        let definition = definition(element, &[]);
+        for index in 0..element.count {
+            row(element, &definition, index)?;
+        }
+    }
+    let definition = definition(&header.vertex, &columns.slots);
+    for index in 0..header.vertex.count {
+        let Row(values) = row(&header.vertex, &definition, index)?;
+        rows.push(&values[..columns.slots.len()]).map_err(|problem| Malformed::point(index, problem))?;
+    }
+    rows.finish()
+}
+
+/// Rows are lines; blank ones are passed over. ply-rs does not read `.5`, `1.` or `nan`, so the numbers are parsed here.
+fn parse_ascii(body: &[u8], header: &PlyHeader, columns: &Columns, mut rows: Rows) -> Result<Points, Malformed> {
+    let text = String::from_utf8_lossy(body);
+    let mut lines =
+        text.lines().enumerate().map(|(i, l)| (header.lines + i + 1, l)).filter(|(_, l)| !l.trim().is_empty());
+    let mut next_line = |element: &PlyElement, index: usize| {
+        lines.next().ok_or_else(|| {
+            let (count, name) = (element.count, quoted(&element.name));
+            Malformed::file(format!("the file ends after {index} of {count} rows of {name}: it is cut short"))
+        })
+    };
+    for element in header.before.iter().filter(|e| !e.properties.is_empty()) {
+        for index in 0..element.count {
+            next_line(element, index)?;
+        }
+    }
+    let mut row = Vec::new();
+    let mut values = Vec::new();
+    for index in 0..header.vertex.count {
+        let (number, line) = next_line(&header.vertex, index)?;
+        let at = |problem: String| Malformed::line(number, problem);
+        ascii_row(line, &header.vertex, &mut row).map_err(at)?;
+        values.clear();
+        values.extend(columns.slots.iter().filter_map(|slot| row.get(*slot)));
+        rows.push(&values).map_err(at)?;
+    }
+    rows.finish()
+}
+
+/// The numbers of a line by property; a list counts as one, and its entries are passed over.
+fn ascii_row(line: &str, element: &PlyElement, row: &mut Vec<f64>) -> Result<(), String> {
+    row.clear();
+    let mut fields = line.split_whitespace();
+    for (name, data_type) in &element.properties {
+        let field = fields.next().ok_or_else(|| format!("the row ends before its property {}", quoted(name)))?;
+        let value: f64 = field.parse().map_err(|_| format!("{} is not a number", quoted(field)))?;
+        if let PropertyType::List(..) = data_type {
+            let length: usize = field.parse().map_err(|_| format!("{} is not the length of a list", quoted(field)))?;
+            for _ in 0..length {
+                fields.next().ok_or_else(|| format!("a list of {length} entries is cut short"))?;
+            }
+        }
+        row.push(value);
+    }
+    match fields.next() {
+        Some(extra) => Err(format!("{} is left over: the header declares fewer numbers per row", quoted(extra))),
+        None => Ok(()),
+    }
+}

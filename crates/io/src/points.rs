@@ -1,0 +1,164 @@
+//! Point sets, and reading them from any of the formats.
+
+use std::path::Path;
+
+use crate::extension::{POINT_EXTENSIONS, extension_among};
+use crate::read_error::{Malformed, ReadError};
+use crate::{npy, obj_points, ply_points, text_points};
+
+/// Points in the plane or in space, as the file tells.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Points {
+    /// Two coordinates per point: a curve is wanted.
+    Two(PointSet<2>),
+    /// Three coordinates per point: a surface is wanted.
+    Three(PointSet<3>),
+}
+
+/// `N ≥ 1` points in the file's own units and order, all finite.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PointSet<const D: usize> {
+    /// The coordinates x, y\[, z\], `N × D`.
+    pub points: Vec<[f64; D]>,
+    /// The normals nx, ny\[, nz\] as the file has them (of any length and orientation), `N × D`; `None` where it has none.
+    pub normals: Option<Vec<[f64; D]>>,
+}
+
+/// The dimension of the space that points lie in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Dimension {
+    /// The plane.
+    Two,
+    /// Space.
+    Three,
+}
+
+impl Points {
+    /// Plane or space.
+    pub fn dimension(&self) -> Dimension {
+        match self {
+            Self::Two(_) => Dimension::Two,
+            Self::Three(_) => Dimension::Three,
+        }
+    }
+
+    /// The number of points, at least 1 when they were read from a file.
+    pub fn len(&self) -> usize {
+        match self {
+            Self::Two(set) => set.points.len(),
+            Self::Three(set) => set.points.len(),
+        }
+    }
+
+    /// Whether there are no points; never so when they were read from a file.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Whether the file had a normal for each point.
+    pub fn has_normals(&self) -> bool {
+        match self {
+            Self::Two(set) => set.normals.is_some(),
+            Self::Three(set) => set.normals.is_some(),
+        }
+    }
+}
+
+/// Reads points; the format follows the extension (any case): `.xyz .xy .txt .csv .asc .pts`, `.ply`, `.obj`, `.npy`.
+///
+/// The whole file is read into memory first, so that every count in it can be checked against its size before anything is
+/// allocated.
+///
+/// # Errors
+/// [`ReadError`]: unknown extension, folder, unreadable, or malformed with the line or the point. NaN and infinity are refused,
+/// and so is a file without points.
+pub fn read_points(path: impl AsRef<Path>) -> Result<Points, ReadError> {
+    let path = path.as_ref();
+    let extension = extension_among(path, POINT_EXTENSIONS)?;
+    let bytes = read_bytes(path)?;
+    if bytes.is_empty() {
+        return Err(ReadError::Malformed { path: path.to_owned(), malformed: Malformed::file("the file is empty") });
+    }
+    match extension {
+        "ply" => ply_points::parse(&bytes),
+        "obj" => obj_points::parse(&bytes),
+        "npy" => npy::parse_points(&bytes),
+        _ => text_points::parse(&bytes),
+    }
+    .map_err(|malformed| ReadError::Malformed { path: path.to_owned(), malformed })
+}
+
+/// The bytes of a file, or a sentence that says why not.
+pub(crate) fn read_bytes(path: &Path) -> Result<Vec<u8>, ReadError> {
+    if path.is_dir() {
+        return Err(ReadError::Folder { path: path.to_owned() });
+    }
+    std::fs::read(path).map_err(|source| ReadError::Unreadable { path: path.to_owned(), source })
+}
+
+/// Collects rows of coordinates, followed or not by normals, and refuses what is not finite.
+pub(crate) enum Rows {
+    Two(PointSet<2>),
+    Three(PointSet<3>),
+}
+
+impl Rows {
+    pub(crate) fn new(dimension: Dimension, with_normals: bool) -> Self {
+        match dimension {
+            Dimension::Two => Self::Two(PointSet { points: Vec::new(), normals: with_normals.then(Vec::new) }),
+            Dimension::Three => Self::Three(PointSet { points: Vec::new(), normals: with_normals.then(Vec::new) }),
+        }
+    }
+
+    /// Appends `x y [z]` and, when there are normals, `nx ny [nz]` from the front of `row`; the error says which is not finite.
+    pub(crate) fn push(&mut self, row: &[f64]) -> Result<(), String> {
+        match self {
+            Self::Two(set) => set.push(row),
+            Self::Three(set) => set.push(row),
+        }
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        match self {
+            Self::Two(set) => set.points.len(),
+            Self::Three(set) => set.points.len(),
+        }
+    }
+
+    pub(crate) fn finish(self) -> Result<Points, Malformed> {
+        if self.len() == 0 {
+            return Err(Malformed::file("the file has no points"));
+        }
+        Ok(match self {
+            Self::Two(set) => Points::Two(set),
+            Self::Three(set) => Points::Three(set),
+        })
+    }
+}
+
+impl<const D: usize> PointSet<D> {
+    fn push(&mut self, row: &[f64]) -> Result<(), String> {
+        const NAMES: [&str; 3] = ["x", "y", "z"];
+        let Some((point, rest)) = row.split_first_chunk::<D>() else {
+            return Err(format!("{D} coordinates are needed, {} found", row.len()));
+        };
+        if let Some(axis) = point.iter().position(|c| !c.is_finite()) {
+            return Err(format!(
+                "{} is {}; remove the point or repair it",
+                NAMES[axis],
+                point[axis].to_string().to_lowercase()
+            ));
+        }
+        if let Some(normals) = &mut self.normals {
+            let Some((normal, _)) = rest.split_first_chunk::<D>() else {
+                return Err(format!("a normal of {D} components is needed, {} found", rest.len()));
+            };
+            if let Some(axis) = normal.iter().position(|c| !c.is_finite()) {
+                return Err(format!("n{} is {}", NAMES[axis], normal[axis].to_string().to_lowercase()));
+            }
+            normals.push(*normal);
+        }
+        self.points.push(*point);
+        Ok(())
+    }
+}

@@ -1,0 +1,80 @@
+//! Writing beside, then renaming: a run that breaks leaves the old file as it was.
+
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
+use std::path::Path;
+
+use crate::write_error::WriteError;
+
+/// Has `write` fill a temporary file in the folder of `path`, then renames it to `path`.
+///
+/// When anything fails, the temporary file is removed and `path` is untouched.
+pub(crate) fn replace_file(
+    path: &Path,
+    write: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>,
+) -> Result<(), WriteError> {
+    let folder = match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    };
+    if !folder.is_dir() {
+        return Err(WriteError::NoFolder { path: path.to_owned(), folder: folder.to_owned() });
+    }
+    if path.is_dir() {
+        return Err(WriteError::Folder { path: path.to_owned() });
+    }
+    let unwritable = |source| WriteError::Unwritable { path: path.to_owned(), source };
+
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".zeroset-").suffix(".part");
+    // Temporary files are private by default; the result should be as readable as any other new file.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    let mut temporary = builder.tempfile_in(folder).map_err(unwritable)?;
+    let mut out = BufWriter::new(temporary.as_file_mut());
+    write(&mut out).and_then(|()| out.flush()).map_err(unwritable)?;
+    drop(out);
+    temporary.persist(path).map(drop).map_err(|error| unwritable(error.error))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_broken_run_leaves_the_old_file_and_no_rubbish() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("mesh.ply");
+        std::fs::write(&path, "old").unwrap();
+        let result = replace_file(&path, |out| {
+            out.write_all(&[0; 100_000])?;
+            Err(io::Error::other("the disk is full"))
+        });
+        assert!(matches!(result, Err(WriteError::Unwritable { .. })));
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), "old");
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+        replace_file(&path, |out| out.write_all(b"new")).unwrap();
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), "new");
+    }
+
+    #[test]
+    fn a_missing_folder_and_a_folder_in_place_of_the_file_are_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let error = replace_file(&folder.path().join("no/mesh.ply"), |_| Ok(())).unwrap_err();
+        assert!(matches!(error, WriteError::NoFolder { ref folder, .. } if folder.ends_with("no")));
+        let error = replace_file(folder.path(), |_| Ok(())).unwrap_err();
+        assert!(matches!(error, WriteError::Folder { .. }));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn results_are_not_private() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = tempfile::tempdir().unwrap();
+        let (ours, plain) = (folder.path().join("ours"), folder.path().join("plain"));
+        replace_file(&ours, |_| Ok(())).unwrap();
+        std::fs::write(&plain, "").unwrap();
+        let mode = |path| std::fs::metadata(path).unwrap().permissions().mode();
+        assert_eq!(mode(ours), mode(plain));
+    }
+}

@@ -1,0 +1,166 @@
+//! The spline file: an `.npz` archive that NumPy opens and SciPy's `NdBSpline` evaluates.
+
+use std::io;
+use std::path::Path;
+
+use ndarray::{ArrayD, Dimension, arr0, aview1};
+use ndarray_npy::NpzWriter;
+
+use crate::extension::{SPLINE_EXTENSIONS, extension_among};
+use crate::npz::NpzArchive;
+use crate::points::read_bytes;
+use crate::read_error::{Malformed, ReadError};
+use crate::replace_file::replace_file;
+use crate::write_error::WriteError;
+
+/// The version that is written, and the highest that is read. It rises when a file may no longer be read as if the new entries
+/// were not there.
+pub const SPLINE_VERSION: i64 = 1;
+
+const KNOTS: [&str; 3] = ["knots_x", "knots_y", "knots_z"];
+
+/// A tensor-product B-spline in the plane or in space, as it is stored (paper eq. 1).
+///
+/// The function at a point X of the data is `Σ c[i, j, …] B_i(X₁ − origin₁) B_j(X₂ − origin₂) …`.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct SplineFile {
+    /// What is subtracted from a point before the knots are looked up, data units, `D`; 0 unless coordinates are large.
+    pub origin: Vec<f64>,
+    /// One knot vector per axis, non-decreasing, data units relative to `origin`; all knots, the outer ones included.
+    pub knots: Vec<Vec<f64>>,
+    /// The degree along every axis, 1 to 5.
+    pub degree: usize,
+    /// The control coefficients, axis order x, y\[, z\]; along each axis `knots − degree − 1` of them, in the data's length unit.
+    pub coefficients: ArrayD<f64>,
+}
+
+impl SplineFile {
+    /// Puts the parts together.
+    ///
+    /// # Errors
+    /// [`Malformed`] in words of the file's entries: axes, lengths or shapes that do not fit, a knot vector that falls or spans
+    /// no cell, a number that is not finite, a degree outside 1 to 5.
+    pub fn new(
+        origin: Vec<f64>,
+        knots: Vec<Vec<f64>>,
+        degree: usize,
+        coefficients: ArrayD<f64>,
+    ) -> Result<Self, Malformed> {
+        let spline = Self { origin, knots, degree, coefficients };
+        match spline.problem() {
+            Some(problem) => Err(Malformed::file(problem)),
+            None => Ok(spline),
+        }
+    }
+
+    /// The number of axes, 2 or 3.
+    pub fn dimension(&self) -> usize {
+        self.knots.len()
+    }
+
+    fn problem(&self) -> Option<String> {
+        let (d, p) = (self.knots.len(), self.degree);
+        if !matches!(d, 2 | 3) {
+            return Some(format!("a spline of {d} axes; 2 or 3 are known"));
+        }
+        if !(1..=5).contains(&p) {
+            return Some(format!("degree {p}; 1 to 5 are known"));
+        }
+        if self.origin.len() != d {
+            return Some(format!("origin has {} numbers for {d} axes", self.origin.len()));
+        }
+        if self.coefficients.ndim() != d {
+            return Some(format!("coefficients have {} axes, the knots {d}", self.coefficients.ndim()));
+        }
+        if let Some(bad) = self.origin.iter().find(|c| !c.is_finite()) {
+            return Some(format!("origin holds {bad}"));
+        }
+        for ((name, knots), &count) in KNOTS.iter().zip(&self.knots).zip(self.coefficients.shape()) {
+            if let Some(bad) = knots.iter().find(|t| !t.is_finite()) {
+                return Some(format!("{name} holds {bad}"));
+            }
+            if let Some(at) = knots.windows(2).position(|w| w[0] > w[1]) {
+                return Some(format!("{name} falls from {} to {} at entry {}", knots[at], knots[at + 1], at + 1));
+            }
+            let n = knots.len().saturating_sub(p + 1);
+            if n <= p {
+                return Some(format!("{name} has {} knots; degree {p} needs at least {}", knots.len(), 2 * (p + 1)));
+            }
+            if n != count {
+                return Some(format!(
+                    "{name} has {} knots, which asks for {n} coefficients of degree {p} along that axis; there are {count}",
+                    knots.len()
+                ));
+            }
+            if knots[p] >= knots[n] {
+                return Some(format!("{name} spans no cell: its interval is from {} to {}", knots[p], knots[n]));
+            }
+        }
+        let bad = self.coefficients.indexed_iter().find(|(_, c)| !c.is_finite())?;
+        Some(format!("coefficient {:?} is {}", bad.0.slice(), bad.1))
+    }
+}
+
+/// Writes a spline as `.npz`: `version`, `origin`, `degree`, `knots_x`, `knots_y`\[, `knots_z`\], `coefficients`, not compressed.
+///
+/// # Errors
+/// [`WriteError`]; parts that do not fit are refused, and the file at `path` is replaced only when everything was written.
+pub fn write_spline(path: impl AsRef<Path>, spline: &SplineFile) -> Result<(), WriteError> {
+    let path = path.as_ref();
+    extension_among(path, SPLINE_EXTENSIONS)?;
+    if let Some(problem) = spline.problem() {
+        return Err(WriteError::Invalid { path: path.to_owned(), problem });
+    }
+    let degree = spline.degree as i64;
+    let coefficients = spline.coefficients.as_standard_layout();
+    replace_file(path, |out| {
+        let mut npz = NpzWriter::new(out);
+        // Scalars are 0-dimensional: SciPy takes such a degree for all axes.
+        npz.add_array("version", &arr0(SPLINE_VERSION)).map_err(io::Error::other)?;
+        npz.add_array("origin", &aview1(&spline.origin)).map_err(io::Error::other)?;
+        npz.add_array("degree", &arr0(degree)).map_err(io::Error::other)?;
+        for (name, knots) in KNOTS.iter().zip(&spline.knots) {
+            npz.add_array(*name, &aview1(knots)).map_err(io::Error::other)?;
+        }
+        npz.add_array("coefficients", &coefficients).map_err(io::Error::other)?;
+        npz.finish().map(drop).map_err(io::Error::other)
+    })
+}
+
+/// Reads a spline from `.npz`, compressed or not. Entries that this version does not know are left alone.
+///
+/// # Errors
+/// [`ReadError`]; every shape and number is checked as in [`SplineFile::new`], and sizes before anything is allocated.
+pub fn read_spline(path: impl AsRef<Path>) -> Result<SplineFile, ReadError> {
+    let path = path.as_ref();
+    extension_among(path, SPLINE_EXTENSIONS)?;
+    parse(&read_bytes(path)?).map_err(|malformed| ReadError::Malformed { path: path.to_owned(), malformed })
+}
+
+fn parse(bytes: &[u8]) -> Result<SplineFile, Malformed> {
+    let mut archive = NpzArchive::open(bytes)?;
+    let version = archive.integers("version")?;
+    match version.iter().next() {
+        Some(1..=SPLINE_VERSION) if version.len() == 1 => {}
+        _ => {
+            return Err(Malformed::file(format!(
+                "spline files of version {version} are not known here, only up to {SPLINE_VERSION}; a newer zeroset reads them"
+            )));
+        }
+    }
+    let origin = archive.vector("origin")?;
+    if !matches!(origin.len(), 2 | 3) {
+        return Err(Malformed::file(format!("origin has {} numbers; 2 or 3 are known", origin.len())));
+    }
+    let degrees = archive.integers("degree")?;
+    let degree = match degrees.iter().next() {
+        // One for all axes, or the same for each.
+        Some(&first) if degrees.len() <= origin.len() && degrees.iter().all(|d| *d == first) => {
+            usize::try_from(first).map_err(|_| Malformed::file(format!("degree {first}; 1 to 5 are known")))?
+        }
+        _ => return Err(Malformed::file(format!("degree is {degrees}; one number for all axes is needed"))),
+    };
+    let knots = KNOTS[..origin.len()].iter().map(|name| archive.vector(name)).collect::<Result<_, _>>()?;
+    SplineFile::new(origin, knots, degree, archive.floats("coefficients")?)
+}
