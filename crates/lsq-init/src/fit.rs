@@ -1,0 +1,294 @@
+//! Equation (15).
+
+use ndarray::ArrayViewD;
+use serde::Serialize;
+use zeroset_bspline::{AxisCollocation, DerivativeEnergy, KnotVector, Spline, apply_along};
+
+use crate::conjugate_gradients::{conjugate_gradients, dot};
+use crate::error::Error;
+use crate::normal_operator::{AxisGram, NormalOperator, Transposed};
+use crate::preconditioner::Preconditioner;
+
+/// How strongly the thin-plate energy counts.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Fairness {
+    /// The length ℓ below which detail is smoothed away, in the unit of the nodes: `w = ℓ⁴ / h^D` for nodes h apart. At
+    /// least 0; the nodes must be evenly spaced.
+    Length(f64),
+    /// The weight w itself; at least 0.
+    Weight(f64),
+}
+
+/// Settings of [`fit`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Options {
+    /// How strongly the thin-plate energy counts.
+    pub fairness: Fairness,
+    /// Relative residual of the normal equations at which the iteration ends; in (0, 1).
+    pub tolerance: f64,
+    /// Most iterations.
+    pub most_iterations: usize,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { fairness: Fairness::Length(0.01), tolerance: 1e-10, most_iterations: 200 }
+    }
+}
+
+/// What [`fit`] did.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Report {
+    /// The weight w.
+    pub weight: f64,
+    /// Iterations of conjugate gradients.
+    pub iterations: usize,
+    /// Relative residual of the normal equations.
+    pub residual: f64,
+    /// Root mean square of `f − φ` over the nodes.
+    pub rms: f64,
+    /// `Eng(f)`, equation (3).
+    pub energy: f64,
+}
+
+/// Fits a spline on `knots` to `values` φ on the lattice of all combinations of the coordinates in `axes` (axis order x,
+/// y\[, z\]; entry `(i, j[, k])` belongs to `(axes[0][i], axes[1][j][, axes[2][k]])`).
+///
+/// # Errors
+/// Shapes that do not fit, coordinates that do not increase or leave the knots' domain, values that are not finite, nodes
+/// that do not determine the spline, or an iteration that does not converge.
+pub fn fit<const D: usize>(
+    values: ArrayViewD<'_, f64>,
+    axes: &[Vec<f64>; D],
+    knots: &[KnotVector; D],
+    options: &Options,
+) -> Result<(Spline<D>, Report), Error> {
+    check(&values, axes, knots)?;
+    let weight = weight(axes, options.fairness)?;
+    let energy = DerivativeEnergy::thin_plate(knots)?;
+    let collocations: [AxisCollocation; D] =
+        std::array::from_fn(|axis| AxisCollocation::new(&knots[axis], &axes[axis], 0));
+    if weight == 0.0 && !collocations.iter().zip(knots).all(|(c, knots)| determined(c, knots.basis_count())) {
+        return Err(Error::Undetermined);
+    }
+    let grams: [AxisGram; D] =
+        std::array::from_fn(|axis| AxisGram::new(&collocations[axis], knots[axis].basis_count(), knots[axis].degree()));
+
+    let phi: Vec<f64> = values.iter().copied().collect();
+    let mut right = phi.clone();
+    let mut shape: [usize; D] = std::array::from_fn(|axis| axes[axis].len());
+    for axis in 0..D {
+        let size = knots[axis].basis_count();
+        let transposed = Transposed::new(&collocations[axis], size);
+        right = apply_along(&right, &shape, axis, size, |i| transposed.row(i));
+        shape[axis] = size;
+    }
+
+    let operator = NormalOperator { data: &grams, energy: &energy, weight };
+    let preconditioner = Preconditioner::new(&grams, &energy, weight).ok_or(Error::Undetermined)?;
+    let solution = conjugate_gradients(
+        |x| operator.apply(x),
+        |r| preconditioner.apply(r),
+        right,
+        options.tolerance,
+        options.most_iterations,
+    );
+    let (iterations, residual) = (solution.iterations, solution.residual);
+    if residual > options.tolerance {
+        return Err(Error::NotConverged { iterations, residual });
+    }
+
+    let mut fitted = solution.x.clone();
+    let mut shape = energy.shape();
+    for axis in 0..D {
+        fitted = apply_along(&fitted, &shape, axis, axes[axis].len(), |i| collocations[axis].row(i));
+        shape[axis] = axes[axis].len();
+    }
+    let misfit: Vec<f64> = fitted.iter().zip(&phi).map(|(f, phi)| f - phi).collect();
+    let rms = (dot(&misfit, &misfit) / phi.len() as f64).sqrt();
+    let report = Report { weight, iterations, residual, rms, energy: energy.energy(&solution.x) };
+    Ok((Spline::from_flat(knots.clone(), solution.x)?, report))
+}
+
+fn check<const D: usize>(
+    values: &ArrayViewD<'_, f64>,
+    axes: &[Vec<f64>; D],
+    knots: &[KnotVector; D],
+) -> Result<(), Error> {
+    let lengths: Vec<usize> = axes.iter().map(Vec::len).collect();
+    if values.shape() != lengths || lengths.contains(&0) {
+        return Err(Error::Shape { values: values.shape().to_vec(), axes: lengths });
+    }
+    for (axis, positions) in axes.iter().enumerate() {
+        let fault =
+            |index: usize| !positions[index].is_finite() || (index > 0 && positions[index] <= positions[index - 1]);
+        if let Some(index) = (0..positions.len()).find(|&index| fault(index)) {
+            return Err(Error::Axis { axis, index });
+        }
+        if let Some(index) = positions.iter().position(|&x| knots[axis].span(x).is_none()) {
+            return Err(Error::Outside { axis, index });
+        }
+    }
+    match values.indexed_iter().find(|(_, v)| !v.is_finite()) {
+        Some((index, _)) => Err(Error::NotFinite(ndarray::Dimension::slice(&index).to_vec())),
+        None => Ok(()),
+    }
+}
+
+/// Whether the nodes determine all coefficients: each basis function needs a node of its own on which it does not vanish,
+/// in ascending order (Schoenberg and Whitney 1953).
+fn determined(collocation: &AxisCollocation, functions: usize) -> bool {
+    let mut nodes = 0..collocation.rows();
+    (0..functions).all(|function| {
+        nodes.any(|node| {
+            let (first, values) = collocation.row(node);
+            function >= first && values.get(function - first).is_some_and(|value| *value > 0.0)
+        })
+    })
+}
+
+fn weight<const D: usize>(axes: &[Vec<f64>; D], fairness: Fairness) -> Result<f64, Error> {
+    let (given, weight) = match fairness {
+        Fairness::Weight(weight) => (weight, weight),
+        Fairness::Length(length) => {
+            let mut product = 1.0;
+            for positions in axes {
+                let steps = positions.len() - 1;
+                if steps == 0 {
+                    return Err(Error::Uneven);
+                }
+                let h = (positions[steps] - positions[0]) / steps as f64;
+                // Coordinates made by adding or multiplying steps round differently.
+                if positions.windows(2).any(|pair| (pair[1] - pair[0] - h).abs() > 1e-6 * h) {
+                    return Err(Error::Uneven);
+                }
+                product *= h;
+            }
+            (length, length.powi(4) / product)
+        }
+    };
+    if given >= 0.0 && weight.is_finite() { Ok(weight) } else { Err(Error::Fairness(given)) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ndarray::ArrayD;
+    use proptest::prelude::*;
+
+    fn knots() -> [KnotVector; 3] {
+        [
+            KnotVector::uniform(3, 0.0, 0.5, 4).unwrap(),
+            KnotVector::clamped(3, &[0.0, 0.5, 1.5]).unwrap(),
+            KnotVector::clamped(2, &[0.0, 0.4, 0.5, 1.0]).unwrap(),
+        ]
+    }
+
+    fn even(end: f64, count: usize) -> Vec<f64> {
+        (0..count).map(|i| end * i as f64 / (count - 1) as f64).collect()
+    }
+
+    #[test]
+    fn a_spline_is_recovered_from_its_own_samples() {
+        let coefficients: Vec<f64> = (0..7 * 5 * 5).map(|i| ((i * 31 + 7) % 23) as f64 - 11.0).collect();
+        let spline = Spline::from_flat(knots(), coefficients).unwrap();
+        let axes = [even(2.0, 15), even(1.5, 9), even(1.0, 12)];
+        let phi = spline.sample(&axes, [0; 3]);
+        let options = Options { fairness: Fairness::Weight(0.0), tolerance: 1e-13, ..Options::default() };
+        let (fitted, report) = fit(phi.view(), &axes, &knots(), &options).unwrap();
+        // The data term alone is diagonalised exactly, up to the share of mass that keeps it definite.
+        assert!(report.iterations <= 12, "{}", report.iterations);
+        for (a, b) in fitted.as_flat().iter().zip(spline.as_flat()) {
+            // Residual 1e-13 times the condition number of the collocation, about 1e4.
+            assert!((a - b).abs() < 1e-7);
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(24))]
+
+        #[test]
+        fn no_step_from_the_solution_lowers_the_objective(
+            values in proptest::collection::vec(-1.0..1.0f64, 9 * 6 * 5),
+            step in proptest::collection::vec(-1.0..1.0f64, 7 * 5 * 5),
+            exponent in -6.0..1.0f64,
+        ) {
+            // Fewer nodes than coefficients along the last axis: the energy fills in.
+            let axes = [even(2.0, 9), even(1.5, 6), even(1.0, 5)];
+            let phi = ArrayD::from_shape_vec(vec![9, 6, 5], values).unwrap();
+            let weight = 10f64.powf(exponent);
+            let options = Options { fairness: Fairness::Weight(weight), ..Options::default() };
+            let (f, report) = fit(phi.view(), &axes, &knots(), &options).unwrap();
+            let energy = DerivativeEnergy::thin_plate(&knots()).unwrap();
+            let objective = |f: &Spline<3>| {
+                let misfit = f.sample(&axes, [0; 3]) - &phi;
+                misfit.iter().map(|r| r * r).sum::<f64>() + weight * energy.energy(f.as_flat())
+            };
+            let best = objective(&f);
+            prop_assert!((best - (270.0 * report.rms.powi(2) + weight * report.energy)).abs() < 1e-9 * best);
+            for scale in [1e-3, -1e-3, 1.0] {
+                let moved = f.as_flat().iter().zip(&step).map(|(f, s)| f + scale * s).collect();
+                let other = objective(&Spline::from_flat(knots(), moved).unwrap());
+                // The slope vanishes to the residual's 1e-10 of the data's size.
+                prop_assert!(other >= best - 1e-9);
+            }
+        }
+    }
+
+    #[test]
+    fn a_large_weight_leaves_the_least_squares_plane() {
+        let axes = [even(2.0, 9), even(1.5, 7)];
+        let phi = ArrayD::from_shape_fn(vec![9, 7], |i| 1.0 + axes[0][i[0]] - 2.0 * axes[1][i[1]]);
+        let knots = [knots()[0].clone(), knots()[1].clone()];
+        let options = Options { fairness: Fairness::Weight(1e6), ..Options::default() };
+        let (f, _) = fit(phi.view(), &axes, &knots, &options).unwrap();
+        // Planes have no energy, so the data are met; tolerance of the residual times a condition of 1e6.
+        assert!((f.value(&[0.7, 1.1]) - (1.0 + 0.7 - 2.2)).abs() < 1e-4);
+    }
+
+    #[test]
+    fn cells_as_large_as_the_nodes_need_few_iterations() {
+        let knots: [KnotVector; 2] = std::array::from_fn(|_| KnotVector::uniform(3, 0.0, 0.05, 40).unwrap());
+        let axes = [even(2.0, 41), even(2.0, 41)];
+        let phi =
+            ArrayD::from_shape_fn(vec![41, 41], |i| ((i[0] as f64 - 20.0).hypot(i[1] as f64 - 20.0) - 12.0) * 0.05);
+        let options = Options { fairness: Fairness::Length(0.025), ..Options::default() };
+        let (_, report) = fit(phi.view(), &axes, &knots, &options).unwrap();
+        assert!(report.iterations <= 40, "{}", report.iterations);
+    }
+
+    #[test]
+    fn the_bytes_do_not_depend_on_threads() {
+        let axes = [even(2.0, 30), even(1.5, 30), even(1.0, 30)];
+        let phi = ArrayD::from_shape_fn(vec![30, 30, 30], |i| ((i[0] * 7 + i[1] * 3 + i[2]) % 11) as f64);
+        let run = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| fit(phi.view(), &axes, &knots(), &Options::default()).unwrap())
+        };
+        assert_eq!(run(1), run(3));
+    }
+
+    #[test]
+    fn bad_input_is_refused() {
+        let knots = [knots()[0].clone(), knots()[1].clone()];
+        let axes = [even(2.0, 9), even(1.5, 7)];
+        let phi = ArrayD::zeros(vec![9, 7]);
+        let run = |phi: &ArrayD<f64>, axes: &[Vec<f64>; 2], fairness| {
+            fit(phi.view(), axes, &knots, &Options { fairness, ..Options::default() }).unwrap_err()
+        };
+        let fair = Fairness::Weight(1.0);
+        assert_eq!(run(&ArrayD::zeros(vec![9, 6]), &axes, fair), Error::Shape { values: vec![9, 6], axes: vec![9, 7] });
+        let mut bad = phi.clone();
+        bad[[3, 2].as_slice()] = f64::NAN;
+        assert_eq!(run(&bad, &axes, fair), Error::NotFinite(vec![3, 2]));
+        assert_eq!(run(&phi, &[even(2.1, 9), even(1.5, 7)], fair), Error::Outside { axis: 0, index: 8 });
+        let mut uneven = axes.clone();
+        uneven[1][3] += 0.01;
+        assert_eq!(run(&phi, &uneven, Fairness::Length(0.1)), Error::Uneven);
+        uneven[1][3] = 0.0;
+        assert_eq!(run(&phi, &uneven, fair), Error::Axis { axis: 1, index: 3 });
+        assert_eq!(run(&phi, &axes, Fairness::Weight(-1.0)), Error::Fairness(-1.0));
+        let few = [even(2.0, 3), even(1.5, 7)];
+        assert_eq!(run(&ArrayD::zeros(vec![3, 7]), &few, Fairness::Weight(0.0)), Error::Undetermined);
+    }
+}
