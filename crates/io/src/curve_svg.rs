@@ -49,11 +49,11 @@ pub(crate) fn write(out: &mut impl Write, curves: &Curves<'_>) -> io::Result<()>
         let stroke = STROKE * longest;
         write!(
             out,
-            r##"<path fill="#dce8f4" fill-rule="evenodd" stroke="#1f5a96" stroke-width="{stroke}" stroke-linejoin="round" d=""##
+            r##"<path fill="#dce8f4" fill-rule="evenodd" stroke="#1f5a96" stroke-width="{stroke:?}" stroke-linejoin="round" d=""##
         )?;
         for curve in curves.curves {
             for (i, [x, y]) in curve.iter().enumerate() {
-                write!(out, "{}{} {}", if i == 0 { "M" } else { "L" }, x - origin[0], y - origin[1])?;
+                write!(out, "{}{:?} {:?}", if i == 0 { "M" } else { "L" }, x - origin[0], y - origin[1])?;
             }
             if !curve.is_empty() {
                 out.write_all(b"Z")?;
@@ -65,7 +65,7 @@ pub(crate) fn write(out: &mut impl Write, curves: &Curves<'_>) -> io::Result<()>
         writeln!(out, r##"<g fill="#c0392b">"##)?;
         let radius = POINT * longest;
         for [x, y] in curves.points {
-            writeln!(out, r#"<circle cx="{}" cy="{}" r="{radius}"/>"#, x - origin[0], y - origin[1])?;
+            writeln!(out, r#"<circle cx="{:?}" cy="{:?}" r="{radius:?}"/>"#, x - origin[0], y - origin[1])?;
         }
         writeln!(out, "</g>")?;
     }

@@ -60,10 +60,10 @@ pub fn write_mesh(path: impl AsRef<Path>, mesh: &TriMesh<'_>) -> Result<(), Writ
 fn write_obj(out: &mut impl Write, mesh: &TriMesh<'_>) -> io::Result<()> {
     writeln!(out, "# zeroset {}", env!("CARGO_PKG_VERSION"))?;
     for [x, y, z] in mesh.vertices {
-        writeln!(out, "v {x} {y} {z}")?;
+        writeln!(out, "v {x:?} {y:?} {z:?}")?;
     }
     for [x, y, z] in mesh.normals {
-        writeln!(out, "vn {} {} {}", *x as f32, *y as f32, *z as f32)?;
+        writeln!(out, "vn {:?} {:?} {:?}", *x as f32, *y as f32, *z as f32)?;
     }
     for t in mesh.triangles {
         let [a, b, c] = t.map(|corner| u64::from(corner) + 1);

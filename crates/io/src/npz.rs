@@ -9,8 +9,10 @@ use zip::result::ZipError;
 use crate::npy;
 use crate::read_error::Malformed;
 
-/// The most bytes that one archive may unpack to: a spline of 800³ coefficients. Deflate can blow up a file a thousandfold.
-const LARGEST: u64 = 4 << 30;
+/// What an archive may unpack to: this many bytes and [`LARGEST_RATIO`] times its own size. Deflate can blow up a file a
+/// thousandfold; coefficients of a real spline shrink to a half at best.
+const ALWAYS_ALLOWED: u64 = 64 << 20;
+const LARGEST_RATIO: u64 = 64;
 
 /// An archive of NumPy arrays.
 pub(crate) struct NpzArchive<'a> {
@@ -20,13 +22,9 @@ pub(crate) struct NpzArchive<'a> {
 
 impl<'a> NpzArchive<'a> {
     pub(crate) fn open(bytes: &'a [u8]) -> Result<Self, Malformed> {
-        Self::open_bounded(bytes, LARGEST)
-    }
-
-    fn open_bounded(bytes: &'a [u8], largest: u64) -> Result<Self, Malformed> {
         let zip = ZipArchive::new(Cursor::new(bytes))
             .map_err(|error| Malformed::file(format!("not an .npz archive: {error}")))?;
-        Ok(Self { zip, left: largest })
+        Ok(Self { zip, left: ALWAYS_ALLOWED + LARGEST_RATIO * bytes.len() as u64 })
     }
 
     /// The array `name` of f32 or f64.
@@ -66,5 +64,26 @@ impl<'a> NpzArchive<'a> {
             .checked_sub(bytes.len() as u64)
             .ok_or_else(|| Malformed::file(format!("{name}: the archive unpacks to more than is allowed here")))?;
         Ok(bytes)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use ndarray_npy::NpzWriter;
+
+    use super::*;
+
+    #[test]
+    fn an_archive_that_unpacks_a_thousandfold_is_refused() {
+        let mut npz = NpzWriter::new_compressed(Cursor::new(Vec::new()));
+        npz.add_array("small", &ndarray::arr1(&[1.0, 2.0])).unwrap();
+        // 128 MiB of zeros in some 130 kB.
+        npz.add_array("bomb", &ndarray::Array1::<f64>::zeros(16 << 20)).unwrap();
+        let bytes = npz.finish().unwrap().into_inner();
+        assert!(bytes.len() < 1 << 20);
+        let mut archive = NpzArchive::open(&bytes).unwrap();
+        assert_eq!(archive.vector("small").unwrap(), [1.0, 2.0]);
+        let error = archive.vector("bomb").unwrap_err();
+        assert!(error.problem.contains("unpacks to more"), "{error}");
     }
 }

@@ -92,7 +92,7 @@ fn write_text<const D: usize>(
     for i in 0..table.points.len() {
         table.row(i, &mut row);
         for (k, value) in row.iter().enumerate() {
-            write!(out, "{}{value}", if k == 0 { "" } else { separator })?;
+            write!(out, "{}{value:?}", if k == 0 { "" } else { separator })?;
         }
         writeln!(out)?;
     }

@@ -174,3 +174,95 @@ impl Columns {
         Ok(Some(Self { count: words.len(), slots, dimension, with_normals }))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::points::PointSet;
+    use crate::read_error::Place;
+
+    fn plane(text: &str) -> PointSet<2> {
+        match parse(text.as_bytes()) {
+            Ok(Points::Two(set)) => set,
+            other => panic!("{text:?} gave {other:?}"),
+        }
+    }
+
+    fn space(text: &str) -> PointSet<3> {
+        match parse(text.as_bytes()) {
+            Ok(Points::Three(set)) => set,
+            other => panic!("{text:?} gave {other:?}"),
+        }
+    }
+
+    fn refused(text: impl AsRef<[u8]>, place: Place, part: &str) {
+        let error = parse(text.as_ref()).unwrap_err();
+        assert_eq!(error.place, place, "{error}");
+        assert!(error.problem.contains(part), "{error}");
+    }
+
+    #[test]
+    fn separators_comments_blank_lines_and_line_ends_do_not_matter() {
+        let expected = [[1.0, -2.5], [3e2, 0.25]];
+        for text in [
+            "1 -2.5\n3e2 .25\n",
+            "1,-2.5\r\n3e2,.25\r\n",
+            "1 ; -2.5 ;\n3e2\t.25",
+            "\u{feff}1\t-2.5\n\n  \n3e2, +.25,\n",
+            "# note\n// note\n1 -2.5 # note\n3e2 .25\n#",
+            "x y\n1 -2.5\n3e2 .25",
+            "\"x\",\"y\"\n\"1\",\"-2.5\"\n300.,0.25",
+            "east north\n1 -2.5\n3e2 .25",
+        ] {
+            assert_eq!(plane(text).points, expected, "{text:?}");
+        }
+    }
+
+    #[test]
+    fn three_columns_are_space_and_six_have_normals() {
+        assert_eq!(space("0 0 0\n1 2 3\n").points, [[0.0; 3], [1.0, 2.0, 3.0]]);
+        let set = space("1 2 3 0 0 1\n4 5 6 0 2 0\n");
+        assert_eq!(set.points, [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]);
+        assert_eq!(set.normals.unwrap(), [[0.0, 0.0, 1.0], [0.0, 2.0, 0.0]]);
+    }
+
+    #[test]
+    fn a_header_that_names_columns_chooses_them() {
+        let set = space("id,Z,y,x,note\n7,3,2,1,first\n8,6,5,4,second\n");
+        assert_eq!(set.points, [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]);
+        assert_eq!(plane("x,y,f\n1,2,NaN\n").points, [[1.0, 2.0]]);
+        assert_eq!(plane("x y nx ny\n1 2 0 1\n").normals.unwrap(), [[0.0, 1.0]]);
+        refused("x,y,x\n1,2,3\n", Place::Line(1), "two columns are named x");
+    }
+
+    #[test]
+    fn a_leading_count_is_checked() {
+        assert_eq!(space("2\n0 0 0\n1 2 3\n").points.len(), 2);
+        refused("3\n0 0 0\n1 2 3\n", Place::File, "announces 3 points, but 2 follow");
+    }
+
+    #[test]
+    fn rows_that_do_not_fit_are_named_by_line() {
+        refused("# c\n\n0 0 0 1\n", Place::Line(3), "4 columns; 2 (x y), 3 (x y z) or 6");
+        refused("5\n1\n", Place::Line(2), "1 column;");
+        refused("0 0\n1 1\n2 2 2\n", Place::Line(3), "3 columns, but the rows before have 2");
+        refused("0 0\n1 one\n", Place::Line(2), "\"one\" is not a number");
+        refused("0 0\n1 nan\n", Place::Line(2), "y is nan");
+        refused("0 0 0\n-inf 1 1\n", Place::Line(2), "x is -inf");
+        refused("0 1e999\n", Place::Line(1), "y is inf");
+        refused("1 2 3 0 nan 1\n", Place::Line(1), "ny is nan");
+        refused("1,,2\n", Place::Line(1), "an empty field");
+        refused("0 0\n1,5;2,5\n", Place::Line(2), "decimal commas");
+        refused("1,5 2,5 3,5\n", Place::Line(1), "decimal commas");
+    }
+
+    #[test]
+    fn what_is_no_text_or_has_no_points_is_said_so() {
+        refused(b"0 0\n1 1\n\xff\xfe 2\n", Place::Line(3), "not UTF-8");
+        refused(b"\xff\xfe1\0 \x002\0", Place::File, "UTF-16");
+        for text in ["", "\n\n", "# only a comment\n", "x y z\n", "0\n"] {
+            refused(text, Place::File, "no points");
+        }
+        refused("a\u{7}b 1\n", Place::Line(1), "\"a\\u{7}b\" is not a number");
+    }
+}

@@ -1,0 +1,229 @@
+//! No file, however damaged, makes a reader panic, abort or hang.
+
+use std::io::Cursor;
+use std::path::Path;
+
+use ndarray::{Array2, arr0, arr1};
+use ndarray_npy::{NpzWriter, WriteNpyExt};
+use proptest::prelude::*;
+use zeroset_io::{
+    Malformed, ReadError, SplineFile, TriMesh, read_points, read_spline, write_mesh, write_oriented, write_spline,
+};
+
+const POINTS: [[f64; 3]; 3] = [[0.0, 0.5, 1.0], [1.5, -2.0, 2.5], [3.0, 3.5, 1e6]];
+
+fn spline() -> SplineFile {
+    let knots = vec![0.0, 0.0, 0.0, 0.5, 1.0, 1.0, 1.0];
+    let coefficients = Array2::from_shape_fn((4, 4), |(i, j)| (i * 4 + j) as f64).into_dyn();
+    SplineFile::new(vec![0.0, 0.0], vec![knots.clone(), knots], 2, coefficients).unwrap()
+}
+
+/// One sound file for each reader, and whether every shorter one is damaged for sure: text may be cut behind a digit, and the
+/// faces of a mesh are not read.
+fn samples() -> Vec<(&'static str, Vec<u8>, bool)> {
+    let folder = tempfile::tempdir().unwrap();
+    let made = |name: &str, write: &dyn Fn(&Path)| {
+        let path = folder.path().join(name);
+        write(&path);
+        std::fs::read(path).unwrap()
+    };
+    let faces = [[0, 1, 2]];
+    let mesh = TriMesh { vertices: &POINTS, normals: &POINTS, triangles: &faces };
+    let big_endian = {
+        let header = "ply\nformat binary_big_endian 1.0\nelement c 2\nproperty list uchar short l\nelement vertex 1\n\
+                      property int x\nproperty double y\nproperty uchar z\nend_header\n";
+        let body = [1, 0, 7, 0].into_iter().chain(9i32.to_be_bytes()).chain(2.5f64.to_be_bytes()).chain([3]);
+        header.bytes().chain(body).collect()
+    };
+    let ascii = "ply\nformat ascii 1.0\ncomment c\nelement vertex 2\nproperty float x\nproperty float y\n\
+                 property list uchar int l\nend_header\n0 .5 2 7 8\n1.25 -3e1 0\n";
+    let mut npy = Vec::new();
+    Array2::from_shape_fn((3, 2), |(i, j)| (i + j) as f32).write_npy(&mut npy).unwrap();
+    vec![
+        ("a.ply", made("m.ply", &|path| write_mesh(path, &mesh).unwrap()), false),
+        ("a.ply", made("o.ply", &|path| write_oriented(path, &POINTS, &POINTS, &[1.0; 3]).unwrap()), true),
+        ("a.ply", big_endian, true),
+        ("a.ply", ascii.into(), false),
+        ("a.csv", "x,y,z\n0,0.5,1\n1.5;-2 2.5\n# end\n".into(), false),
+        ("a.pts", "2\n0 0 0 0 0 1\n1 2 3 1 0 0\n".into(), false),
+        ("a.obj", made("m.obj", &|path| write_mesh(path, &mesh).unwrap()), false),
+        ("a.npy", npy, true),
+        ("a.npz", made("s.npz", &|path| write_spline(path, &spline()).unwrap()), true),
+    ]
+}
+
+/// Reads the bytes under that name; anything is right that is no panic, as long as the points are there and finite.
+fn read(folder: &Path, name: &str, bytes: &[u8]) -> bool {
+    let path = folder.join(name);
+    std::fs::write(&path, bytes).unwrap();
+    if name.ends_with("npz") {
+        return read_spline(&path).is_ok();
+    }
+    match read_points(&path) {
+        Ok(points) => {
+            assert!(!points.is_empty());
+            true
+        }
+        Err(error) => {
+            assert!(error.to_string().contains(name));
+            false
+        }
+    }
+}
+
+#[test]
+fn sound_samples_are_read_and_cut_ones_are_answered() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, bytes, must_be_whole) in samples() {
+        assert!(read(folder.path(), name, &bytes), "{name}");
+        for length in 0..bytes.len() {
+            let sound = read(folder.path(), name, &bytes[..length]);
+            assert!(!(sound && must_be_whole), "{name} cut to {length} of {} bytes", bytes.len());
+        }
+    }
+}
+
+proptest! {
+    // Each case reads every sample once; together they take about a second.
+    #![proptest_config(ProptestConfig::with_cases(150))]
+
+    #[test]
+    fn changed_bytes_are_answered(changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..6)) {
+        let folder = tempfile::tempdir().unwrap();
+        for (name, mut bytes, _) in samples() {
+            for (at, byte) in &changes {
+                let at = at.index(bytes.len());
+                bytes[at] = *byte;
+            }
+            read(folder.path(), name, &bytes);
+        }
+    }
+
+    #[test]
+    fn noise_is_answered(noise in prop::collection::vec(any::<u8>(), 0..300), text in "[0-9xyz.,; #\n-]{0,80}") {
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["a.ply", "a.xyz", "a.xy", "a.txt", "a.csv", "a.asc", "a.pts", "a.obj", "a.npy", "a.npz"] {
+            read(folder.path(), name, &noise);
+            read(folder.path(), name, text.as_bytes());
+        }
+        let mut ply = b"ply\nformat binary_little_endian 1.0\nelement vertex 9\nproperty list int double l\nproperty float x\nproperty float y\nend_header\n".to_vec();
+        ply.extend(&noise);
+        read(folder.path(), "a.ply", &ply);
+    }
+}
+
+fn sentence(name: &str, bytes: &[u8]) -> String {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join(name);
+    std::fs::write(&path, bytes).unwrap();
+    let error = if name.ends_with("npz") { read_spline(&path).err() } else { read_points(&path).err() };
+    error.expect("the file is damaged").to_string()
+}
+
+#[test]
+fn paths_that_cannot_be_read_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let missing = folder.path().join("none.xyz");
+    assert!(matches!(read_points(&missing), Err(ReadError::Unreadable { ref path, .. }) if *path == missing));
+    assert!(read_points(&missing).unwrap_err().to_string().contains("none.xyz"));
+    let inner = folder.path().join("inner.ply");
+    std::fs::create_dir(&inner).unwrap();
+    assert!(matches!(read_points(&inner), Err(ReadError::Folder { .. })));
+    assert!(matches!(read_points("points.docx"), Err(ReadError::UnknownExtension(_))));
+    assert!(sentence("a.ply", b"").ends_with("a.ply: the file is empty"));
+    assert!(sentence("a.obj", b"f 1 2 3\n").contains("no points"));
+    assert!(sentence("a.obj", b"v 1 2\n").contains("line 1: 3 coordinates are needed, 2 found"));
+    assert!(sentence("a.obj", b"v 1 2 inf\n").contains("line 1: z is inf"));
+}
+
+fn npy(header: &str, body: &[u8]) -> Vec<u8> {
+    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+    bytes.extend((header.len() as u16 + 1).to_le_bytes());
+    bytes.extend(header.bytes().chain([b'\n']).chain(body.iter().copied()));
+    bytes
+}
+
+#[test]
+fn npy_headers_are_not_believed() {
+    let header = |descr: &str, shape: &str| format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': {shape}}}");
+    for shape in ["(1000000000000, 3)", "(18446744073709551615, 3)", "(99999999999999999999999, 3)"] {
+        sentence("a.npy", &npy(&header("<f8", shape), &[0; 48]));
+    }
+    for shape in ["(0, 3)", "(0, 9223372036854775807, 9223372036854775807)"] {
+        assert!(sentence("a.npy", &npy(&header("<f8", shape), &[])).contains("no values"));
+    }
+    assert!(sentence("a.npy", &npy(&header("<f8", "(3, 4)"), &[0; 96])).contains("shape [3, 4]; N × 2 or N × 3"));
+    assert!(sentence("a.npy", &npy(&header("<i8", "(3, 2)"), &[0; 48])).contains("f4 or f8"));
+    assert!(sentence("a.npy", &npy(&header("é8", "(3, 2)"), &[0; 48])).contains("not a NumPy array"));
+    let nan = [1.0, 2.0, 3.0, f64::NAN].map(f64::to_le_bytes).concat();
+    assert!(sentence("a.npy", &npy(&header("<f8", "(2, 2)"), &nan)).contains("point 1 (counted from 0): y is nan"));
+    // Parsers that recurse would overflow their stack here.
+    assert!(sentence("a.npy", &npy(&"(".repeat(60_000), &[])).contains("header claims"));
+    assert!(sentence("a.npy", &npy(&"(".repeat(4000), &[])).contains("not that of a plain array"));
+    let mut long = b"\x93NUMPY\x02\x00\xff\xff\xff\xff".to_vec();
+    long.extend([b' '; 100]);
+    assert!(sentence("a.npy", &long).contains("claims 4294967295 bytes"));
+}
+
+#[test]
+fn splines_that_do_not_fit_together_are_refused() {
+    type Change = fn(&mut NpzWriter<Cursor<Vec<u8>>>, &str) -> bool;
+    let refused = |part: &str, change: Change| {
+        let mut npz = NpzWriter::new_compressed(Cursor::new(Vec::new()));
+        let knots = arr1(&[0.0, 0.0, 0.0, 0.5, 1.0, 1.0, 1.0]);
+        for name in ["version", "origin", "degree", "knots_x", "knots_y", "coefficients", "level1_index"] {
+            if change(&mut npz, name) {
+                continue;
+            }
+            match name {
+                "version" => npz.add_array(name, &arr0(1i64)),
+                "origin" => npz.add_array(name, &arr1(&[0.0, 0.0])),
+                "degree" => npz.add_array(name, &arr1(&[2i32])),
+                "coefficients" => npz.add_array(name, &Array2::<f32>::ones((4, 4))),
+                "level1_index" => npz.add_array(name, &arr1(&[true])),
+                _ => npz.add_array(name, &knots),
+            }
+            .unwrap();
+        }
+        let bytes = npz.finish().unwrap().into_inner();
+        if part.is_empty() {
+            let folder = tempfile::tempdir().unwrap();
+            let path = folder.path().join("s.npz");
+            std::fs::write(&path, bytes).unwrap();
+            assert_eq!(read_spline(path).unwrap().coefficients, Array2::<f64>::ones((4, 4)).into_dyn());
+        } else {
+            let sentence = sentence("s.npz", &bytes);
+            assert!(sentence.contains(part), "{sentence}");
+        }
+    };
+    // Compressed, f32, 32-bit and one-element arrays and unknown entries are read.
+    refused("", |_, _| false);
+    refused("the archive has no entry \"degree\"", |_, name| name == "degree");
+    refused("version 2", |npz, name| name == "version" && npz.add_array(name, &arr0(2i64)).is_ok());
+    refused("degree -1", |npz, name| name == "degree" && npz.add_array(name, &arr0(-1i64)).is_ok());
+    refused("degree 9", |npz, name| name == "degree" && npz.add_array(name, &arr0(9i64)).is_ok());
+    refused("one number for all axes", |npz, name| name == "degree" && npz.add_array(name, &arr1(&[2i64, 3])).is_ok());
+    refused("origin has 4 numbers", |npz, name| name == "origin" && npz.add_array(name, &arr1(&[0.0; 4])).is_ok());
+    refused("has no entry \"knots_z\"", |npz, name| name == "origin" && npz.add_array(name, &arr1(&[0.0; 3])).is_ok());
+    refused("knots_x falls from 0.5 to 0.25 at entry 4", |npz, name| {
+        name == "knots_x" && npz.add_array(name, &arr1(&[0.0, 0.0, 0.0, 0.5, 0.25, 1.0, 1.0])).is_ok()
+    });
+    refused("knots_x spans no cell", |npz, name| name == "knots_x" && npz.add_array(name, &arr1(&[0.0; 7])).is_ok());
+    refused("knots_y has 8 knots, which asks for 5", |npz, name| {
+        name == "knots_y" && npz.add_array(name, &arr1(&[0.0, 0.0, 0.0, 0.5, 0.5, 1.0, 1.0, 1.0])).is_ok()
+    });
+    refused("knots_y has 2 knots; degree 2 needs at least 6", |npz, name| {
+        name == "knots_y" && npz.add_array(name, &arr1(&[0.0, 1.0])).is_ok()
+    });
+    refused("knots_x holds inf", |npz, name| {
+        name == "knots_x" && npz.add_array(name, &arr1(&[0.0, 0.0, 0.0, 0.5, 1.0, 1.0, f64::INFINITY])).is_ok()
+    });
+    refused("coefficient [0, 0] is NaN", |npz, name| {
+        name == "coefficients" && npz.add_array(name, &Array2::from_elem((4, 4), f64::NAN)).is_ok()
+    });
+    refused("coefficients have 1 axes", |npz, name| {
+        name == "coefficients" && npz.add_array(name, &arr1(&[0.0; 16])).is_ok()
+    });
+    let error: Malformed = SplineFile::new(vec![], vec![], 3, Array2::zeros((1, 1)).into_dyn()).unwrap_err();
+    assert_eq!(error.to_string(), "a spline of 0 axes; 2 or 3 are known");
+}

@@ -1,0 +1,231 @@
+//! What is written comes back, bit for bit where f64 is stored.
+
+use std::path::Path;
+
+use ndarray::{Array2, Array3, ArrayD, ArrayView3, ShapeBuilder};
+use proptest::prelude::*;
+use zeroset_io::{
+    Curves, EvaluationTable, Field, PointSet, Points, SplineFile, TriMesh, WriteError, read_points, read_spline,
+    write_curves, write_field, write_mesh, write_oriented, write_report, write_spline, write_table,
+};
+
+const TETRAHEDRON: [[f64; 3]; 4] = [[0.1, 0.0, 0.0], [5e6 + 0.1, 0.0, 0.0], [0.0, 1.0 / 3.0, 0.0], [0.0, 0.0, -1e-300]];
+const FACES: [[u32; 3]; 4] = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]];
+
+fn space(path: &Path) -> PointSet<3> {
+    match read_points(path) {
+        Ok(Points::Three(set)) => set,
+        other => panic!("{other:?}"),
+    }
+}
+
+fn bits<const D: usize>(points: &[[f64; D]]) -> Vec<u64> {
+    points.as_flattened().iter().map(|c| c.to_bits()).collect()
+}
+
+fn any_finite() -> impl Strategy<Value = f64> {
+    any::<f64>().prop_filter("refused on reading", |c| c.is_finite())
+}
+
+proptest! {
+    // Each case writes four files.
+    #![proptest_config(ProptestConfig::with_cases(32))]
+
+    #[test]
+    fn coordinates_come_back_bit_for_bit(points in prop::collection::vec(prop::array::uniform3(any_finite()), 1..20)) {
+        let folder = tempfile::tempdir().unwrap();
+        let values = vec![0.0; points.len()];
+        for name in ["a.ply", "a.obj", "a.csv"] {
+            let path = folder.path().join(name);
+            if name == "a.csv" {
+                let table = EvaluationTable { points: &points, values: &values, gradients: &[], hessians: &[] };
+                write_table(&path, &table).unwrap();
+            } else {
+                write_mesh(&path, &TriMesh { vertices: &points, normals: &[], triangles: &[] }).unwrap();
+            }
+            prop_assert_eq!(bits(&space(&path).points), bits(&points), "{}", name);
+        }
+        let array = Array2::from_shape_vec((points.len(), 3), points.as_flattened().to_vec()).unwrap();
+        let path = folder.path().join("a.npy");
+        write_field(&path, &Field { values: array.view().into_dyn(), origin: &[0.0; 2], spacing: &[1.0; 2] }).unwrap();
+        prop_assert_eq!(bits(&space(&path).points), bits(&points));
+    }
+
+    #[test]
+    fn splines_come_back_bit_for_bit(
+        degree in 1usize..=5,
+        extra in prop::collection::vec(0usize..4, 2..=3),
+        values in prop::collection::vec(any_finite(), 9 * 9 * 9),
+        origin in prop::array::uniform3(any_finite()),
+    ) {
+        let shape: Vec<usize> = extra.iter().map(|e| degree + 1 + e).collect();
+        let knots: Vec<Vec<f64>> = shape.iter().map(|n| (0..n + degree + 1).map(|k| k as f64 / 3.0).collect()).collect();
+        let coefficients = ArrayD::from_shape_vec(shape.clone(), values[..shape.iter().product()].to_vec()).unwrap();
+        let spline = SplineFile::new(origin[..shape.len()].to_vec(), knots, degree, coefficients).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("f.npz");
+        write_spline(&path, &spline).unwrap();
+        let first = std::fs::read(&path).unwrap();
+        // −0 and 0 are equal, so the bits are compared by writing again.
+        let back = read_spline(&path).unwrap();
+        prop_assert_eq!(&back, &spline);
+        write_spline(&path, &back).unwrap();
+        prop_assert_eq!(std::fs::read(&path).unwrap(), first);
+    }
+}
+
+#[test]
+fn oriented_points_come_back_with_their_normals() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("oriented.ply");
+    let normals = [[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, -0.5, 0.25]];
+    write_oriented(&path, &TETRAHEDRON, &normals, &[1.0, 0.5, 0.25, 0.0]).unwrap();
+    let set = space(&path);
+    assert_eq!(set.points, TETRAHEDRON);
+    assert_eq!(set.normals.unwrap(), normals);
+
+    write_oriented(&path, &[[1.0, 2.0]], &[[0.0, 1.0]], &[1.0]).unwrap();
+    let set = space(&path);
+    assert_eq!((set.points, set.normals), (vec![[1.0, 2.0, 0.0]], Some(vec![[0.0, 1.0, 0.0]])));
+    assert!(matches!(write_oriented(&path, &[[1.0, 2.0]], &[], &[1.0]), Err(WriteError::Invalid { .. })));
+}
+
+#[test]
+fn a_mesh_in_ply_has_the_declared_layout() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("mesh.ply");
+    write_mesh(&path, &TriMesh { vertices: &TETRAHEDRON, normals: &TETRAHEDRON, triangles: &FACES }).unwrap();
+    let bytes = std::fs::read(&path).unwrap();
+    let end = bytes.windows(11).position(|w| w == b"end_header\n").unwrap() + 11;
+    // Vertices: three doubles and three floats; faces: a count byte and three 32-bit indices.
+    assert_eq!(bytes.len() - end, 4 * (3 * 8 + 3 * 4) + 4 * (1 + 3 * 4));
+    let last = &bytes[bytes.len() - 13..];
+    assert_eq!(last, [3, 0, 0, 0, 0, 3, 0, 0, 0, 2, 0, 0, 0]);
+}
+
+#[test]
+fn a_mesh_in_obj_counts_from_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("mesh.obj");
+    write_mesh(&path, &TriMesh { vertices: &TETRAHEDRON, normals: &[], triangles: &FACES }).unwrap();
+    let text = std::fs::read_to_string(&path).unwrap();
+    assert!(text.ends_with("f 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"), "{text}");
+    write_mesh(&path, &TriMesh { vertices: &TETRAHEDRON, normals: &TETRAHEDRON, triangles: &FACES }).unwrap();
+    assert!(std::fs::read_to_string(&path).unwrap().contains("f 1//1 3//3 2//2\n"));
+}
+
+#[test]
+fn a_mesh_that_does_not_fit_together_is_refused_and_leaves_the_old_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("mesh.ply");
+    std::fs::write(&path, "old").unwrap();
+    for (normals, triangles) in [(&TETRAHEDRON[..1], &FACES[..]), (&[], &[[0, 1, 4]])] {
+        let error = write_mesh(&path, &TriMesh { vertices: &TETRAHEDRON, normals, triangles }).unwrap_err();
+        assert!(matches!(error, WriteError::Invalid { .. }));
+    }
+    assert_eq!(std::fs::read_to_string(&path).unwrap(), "old");
+    assert!(matches!(
+        write_mesh(folder.path().join("mesh.stl"), &TriMesh { vertices: &[], normals: &[], triangles: &[] }),
+        Err(WriteError::UnknownExtension(_))
+    ));
+}
+
+#[test]
+fn curves_in_json_do_not_repeat_the_first_vertex() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("curves.json");
+    let triangle = vec![[0.0, 0.0], [1.0, 0.0], [0.0, 0.1]];
+    write_curves(&path, &Curves { curves: &[triangle], points: &[] }).unwrap();
+    assert_eq!(std::fs::read_to_string(&path).unwrap(), "{\"curves\":[[[0.0,0.0],[1.0,0.0],[0.0,0.1]]]}\n");
+    let broken = [vec![[0.0, f64::NAN]]];
+    assert!(matches!(write_curves(&path, &Curves { curves: &broken, points: &[] }), Err(WriteError::Invalid { .. })));
+}
+
+#[test]
+fn curves_in_svg_lie_in_the_view_and_keep_large_coordinates() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("curves.svg");
+    let far = 5e6;
+    let square = vec![[far, far], [far + 2.0, far], [far + 2.0, far + 1.0], [far, far + 1.0]];
+    let dots = [[far + 1.0, far + 0.5]];
+    write_curves(&path, &Curves { curves: &[square], points: &dots }).unwrap();
+    let text = std::fs::read_to_string(&path).unwrap();
+    assert!(text.contains(r#"fill-rule="evenodd""#) && text.contains("scale(1 -1)"), "{text}");
+    // The margin is 5 % of the longer side, 2; 0.1 is not exact at 5e6, hence only the first digits.
+    assert!(text.contains(r#"d="M0.0999"#) || text.contains(r#"d="M0.1"#), "{text}");
+    assert_eq!(text.matches("<circle").count(), 1);
+    write_curves(&path, &Curves::default()).unwrap();
+    write_curves(&path, &Curves { curves: &[], points: &[[1.0, 1.0]] }).unwrap();
+    assert!(!std::fs::read_to_string(&path).unwrap().contains("NaN"));
+}
+
+#[test]
+fn fields_are_written_in_c_order_from_any_view() {
+    let folder = tempfile::tempdir().unwrap();
+    let (c_order, f_order) = (folder.path().join("c.npy"), folder.path().join("f.npy"));
+    let values = Array3::from_shape_fn((2, 3, 4), |(i, j, k)| (i * 100 + j * 10 + k) as f64);
+    let mut fortran = Array3::zeros((2, 3, 4).f());
+    fortran.assign(&values);
+    let field = |view: ArrayView3<'_, f64>, path: &Path| {
+        write_field(path, &Field { values: view.into_dyn(), origin: &[0.0; 3], spacing: &[1.0; 3] }).unwrap();
+        std::fs::read(path).unwrap()
+    };
+    let bytes = field(values.view(), &c_order);
+    assert_eq!(bytes, field(fortran.view(), &f_order));
+    assert!(bytes.ends_with(&123f64.to_le_bytes()));
+}
+
+#[test]
+fn fields_in_exr_have_x_to_the_right_y_up_and_a_layer_for_each_z() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("field.exr");
+    let values = Array3::from_shape_fn((4, 3, 2), |(i, j, k)| (i * 100 + j * 10 + k) as f64);
+    let field = Field { values: values.view().into_dyn(), origin: &[0.0; 3], spacing: &[1.0; 3] };
+    write_field(&path, &field).unwrap();
+    let image = exr::prelude::read_all_flat_layers_from_file(&path).unwrap();
+    let names: Vec<String> =
+        image.layer_data.iter().map(|l| l.attributes.layer_name.as_ref().unwrap().to_string()).collect();
+    assert_eq!(names, ["z0000", "z0001"]);
+    for (k, layer) in image.layer_data.iter().enumerate() {
+        let pixels: Vec<f32> = layer.channel_data.list[0].sample_data.values_as_f32().collect();
+        for row in 0..3 {
+            for column in 0..4 {
+                assert_eq!(f64::from(pixels[row * 4 + column]), values[[column, 2 - row, k]]);
+            }
+        }
+    }
+    let plane = Array2::<f64>::zeros((4, 3));
+    write_field(&path, &Field { values: plane.view().into_dyn(), origin: &[0.0; 2], spacing: &[1.0; 2] }).unwrap();
+    assert_eq!(exr::prelude::read_all_flat_layers_from_file(&path).unwrap().layer_data.len(), 1);
+    let misfit = Field { values: plane.view().into_dyn(), origin: &[0.0; 3], spacing: &[1.0; 2] };
+    assert!(matches!(write_field(&path, &misfit), Err(WriteError::Invalid { .. })));
+}
+
+#[test]
+fn tables_name_their_columns() {
+    let folder = tempfile::tempdir().unwrap();
+    let table = EvaluationTable {
+        points: &[[1.0, 2.0, 3.0]],
+        values: &[4.0],
+        gradients: &[[5.0, 6.0, 7.0]],
+        hessians: &[[[8.0, 9.0, 10.0], [9.0, 11.0, 12.0], [10.0, 12.0, f64::NAN]]],
+    };
+    let path = folder.path().join("table.csv");
+    write_table(&path, &table).unwrap();
+    assert_eq!(
+        std::fs::read_to_string(&path).unwrap(),
+        "x,y,z,f,fx,fy,fz,fxx,fxy,fxz,fyy,fyz,fzz\n1.0,2.0,3.0,4.0,5.0,6.0,7.0,8.0,9.0,10.0,11.0,12.0,NaN\n"
+    );
+    // The points of a table can be read again.
+    assert_eq!(space(&path).points, [[1.0, 2.0, 3.0]]);
+    let short = EvaluationTable { values: &[], ..table };
+    assert!(matches!(write_table(&path, &short), Err(WriteError::Invalid { .. })));
+}
+
+#[test]
+fn a_report_is_indented_json() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("report.json");
+    write_report(&path, &[("residual", f64::NAN)]).unwrap();
+    assert_eq!(std::fs::read_to_string(&path).unwrap(), "[\n  [\n    \"residual\",\n    null\n  ]\n]\n");
+}
