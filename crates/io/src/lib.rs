@@ -26,6 +26,7 @@
 //! Not guaranteed: colours and other properties of points are passed over; in an OBJ file only `v` lines are read; EXR images and
 //! the normals of meshes hold 32-bit floats.
 
+mod columns;
 mod curve;
 mod curve_svg;
 mod extension;

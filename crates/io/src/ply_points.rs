@@ -5,14 +5,15 @@ use ply_rs::ply::{
     Addable, ElementDef, Encoding, Property, PropertyAccess, PropertyAccessResult, PropertyDef, PropertyType,
 };
 
+use crate::columns::Columns;
 use crate::ply_header::{PlyElement, PlyHeader};
-use crate::points::{Dimension, Points, Rows};
+use crate::points::{Points, Rows};
 use crate::read_error::{Malformed, quoted};
 
 /// Reads x, y\[, z\] and, where all are there, nx, ny\[, nz\] of the element `vertex`. What follows the vertices is not read.
 pub(crate) fn parse(bytes: &[u8]) -> Result<Points, Malformed> {
     let header = PlyHeader::parse(bytes)?;
-    let columns = Columns::of(&header.vertex)?;
+    let columns = columns(&header.vertex)?;
     let body = bytes.get(header.body..).unwrap_or_default();
     let rows = Rows::new(columns.dimension, columns.with_normals);
     match header.encoding {
@@ -26,40 +27,19 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Points, Malformed> {
     }
 }
 
-/// Which properties hold what: `slots[k]` is the position of the k-th of `x y [z] [nx ny [nz]]`.
-struct Columns {
-    slots: Vec<usize>,
-    dimension: Dimension,
-    with_normals: bool,
-}
-
-impl Columns {
-    fn of(vertex: &PlyElement) -> Result<Self, Malformed> {
-        let find = |wanted: &str| -> Result<Option<usize>, Malformed> {
-            let mut hits =
-                vertex.properties.iter().enumerate().filter(|(_, (name, _))| name.eq_ignore_ascii_case(wanted));
-            match (hits.next(), hits.next()) {
-                (_, Some(_)) => Err(Malformed::file(format!("the vertices have two properties {wanted:?}"))),
-                (Some((_, (_, PropertyType::List(..)))), None) => {
-                    Err(Malformed::file(format!("the vertices' property {wanted:?} is a list, not a number")))
-                }
-                (hit, None) => Ok(hit.map(|(position, _)| position)),
+/// The properties that hold coordinates and normals.
+fn columns(vertex: &PlyElement) -> Result<Columns, Malformed> {
+    Columns::named(|wanted| {
+        let mut hits = vertex.properties.iter().enumerate().filter(|(_, (name, _))| name.eq_ignore_ascii_case(wanted));
+        match (hits.next(), hits.next()) {
+            (_, Some(_)) => Err(Malformed::file(format!("the vertices have two properties {wanted:?}"))),
+            (Some((_, (_, PropertyType::List(..)))), None) => {
+                Err(Malformed::file(format!("the vertices' property {wanted:?} is a list, not a number")))
             }
-        };
-        let missing = |name: &str| Malformed::file(format!("the vertices have no property {name:?}"));
-        let x = find("x")?.ok_or_else(|| missing("x"))?;
-        let y = find("y")?.ok_or_else(|| missing("y"))?;
-        let (mut slots, mut normals, mut dimension) = (vec![x, y], vec![find("nx")?, find("ny")?], Dimension::Two);
-        if let Some(z) = find("z")? {
-            slots.push(z);
-            normals.push(find("nz")?);
-            dimension = Dimension::Three;
+            (hit, None) => Ok(hit.map(|(position, _)| position)),
         }
-        let normals: Option<Vec<usize>> = normals.into_iter().collect();
-        let with_normals = normals.is_some();
-        slots.extend(normals.unwrap_or_default());
-        Ok(Self { slots, dimension, with_normals })
-    }
+    })?
+    .ok_or_else(|| Malformed::file("the vertices need the properties \"x\" and \"y\""))
 }
 
 /// The numbers of one binary row that are wanted, by slot; everything else is passed over.

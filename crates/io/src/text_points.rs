@@ -1,15 +1,8 @@
 //! Points as columns of text: `.xyz .xy .txt .csv .asc .pts`.
 
+use crate::columns::Columns;
 use crate::points::{Dimension, Points, Rows};
 use crate::read_error::{Malformed, quoted};
-
-/// Which columns hold what: `slots[k]` is the column of the k-th entry of `x y [z] [nx ny [nz]]`.
-struct Columns {
-    count: usize,
-    slots: Vec<usize>,
-    dimension: Dimension,
-    with_normals: bool,
-}
 
 /// Reads rows of 2 (x y), 3 (x y z) or 6 (x y z nx ny nz) numbers, or the columns that a header line names.
 pub(crate) fn parse(bytes: &[u8]) -> Result<Points, Malformed> {
@@ -22,12 +15,13 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Points, Malformed> {
         .peekable();
 
     let mut fields = Vec::new();
-    let mut columns = None;
+    let mut header = None;
     let mut announced = None;
     if let Some(&(number, line)) = lines.peek() {
-        split(line, &mut fields).map_err(|problem| Malformed::line(number, problem))?;
-        if fields.iter().all(|f| unquoted(f).parse::<f64>().is_err()) {
-            columns = Columns::named(&fields).map_err(|problem| Malformed::line(number, problem))?;
+        let at = |problem: String| Malformed::line(number, problem);
+        split(line, &mut fields).map_err(at)?;
+        if fields.iter().all(|f| is_word(unquoted(f))) {
+            header = named(&fields).map_err(at)?.map(|columns| (columns, fields.len()));
             lines.next();
         } else if let [count] = fields[..] {
             // The PTS format opens with the number of points on a line of its own.
@@ -38,24 +32,24 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Points, Malformed> {
         }
     }
 
-    let mut rows: Option<(Columns, Rows)> = None;
+    let mut table: Option<(Columns, usize, Rows)> = None;
     let mut values = Vec::new();
     for (number, line) in lines {
         let at = |problem: String| Malformed::line(number, problem);
         split(line, &mut fields).map_err(at)?;
-        let (columns, rows) = match &mut rows {
+        let (columns, width, rows) = match &mut table {
             Some(known) => known,
             None => {
-                let columns = match columns.take() {
+                let (columns, width) = match header.take() {
                     Some(named) => named,
-                    None => Columns::positional(fields.len()).map_err(at)?,
+                    None => (positional(fields.len()).map_err(at)?, fields.len()),
                 };
-                let empty = Rows::new(columns.dimension, columns.with_normals);
-                rows.insert((columns, empty))
+                let rows = Rows::new(columns.dimension, columns.with_normals);
+                table.insert((columns, width, rows))
             }
         };
-        if fields.len() != columns.count {
-            return Err(at(format!("{} columns, but the rows before have {}", fields.len(), columns.count)));
+        if fields.len() != *width {
+            return Err(at(format!("{} columns, but the rows before have {width}", fields.len())));
         }
         values.clear();
         for &slot in &columns.slots {
@@ -64,7 +58,7 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Points, Malformed> {
         }
         rows.push(&values).map_err(at)?;
     }
-    let (_, rows) = rows.ok_or_else(|| Malformed::file("the file has no points"))?;
+    let (.., rows) = table.ok_or_else(|| Malformed::file("the file has no points"))?;
     match announced {
         Some(count) if count != rows.len() as u64 => Err(Malformed::file(format!(
             "the first line announces {count} points, but {} follow: the file is cut short, or its first line is not a count",
@@ -123,56 +117,41 @@ fn unquoted(field: &str) -> &str {
     field.strip_prefix('"').and_then(|f| f.strip_suffix('"')).unwrap_or(field)
 }
 
+/// Whether a field of the first line may be the name of a column: `1.0.0` is a number gone wrong, and `nan` a value.
+fn is_word(field: &str) -> bool {
+    !field.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c)) && field.parse::<f64>().is_err()
+}
+
 fn not_a_number(field: &str, line: &str) -> String {
     format!("{} is not a number (in {})", quoted(field), quoted(line))
 }
 
-impl Columns {
-    /// Columns by their number alone.
-    fn positional(count: usize) -> Result<Self, String> {
-        let (dimension, with_normals) = match count {
-            2 => (Dimension::Two, false),
-            3 => (Dimension::Three, false),
-            6 => (Dimension::Three, true),
-            _ => {
-                return Err(format!(
-                    "{count} column{}; 2 (x y), 3 (x y z) or 6 (x y z nx ny nz) are read, or any number under a header line \
-                     that names x, y[, z]",
-                    if count == 1 { "" } else { "s" }
-                ));
-            }
-        };
-        Ok(Self { count, slots: (0..count).collect(), dimension, with_normals })
-    }
-
-    /// Columns by the words of a header line; `None` where it does not name x and y.
-    fn named(words: &[&str]) -> Result<Option<Self>, String> {
-        let find = |name: &str| -> Result<Option<usize>, String> {
-            let mut hits =
-                words.iter().enumerate().filter(|(_, w)| unquoted(w).eq_ignore_ascii_case(name)).map(|(i, _)| i);
-            match (hits.next(), hits.next()) {
-                (_, Some(_)) => Err(format!("two columns are named {name}")),
-                (hit, None) => Ok(hit),
-            }
-        };
-        let (Some(x), Some(y)) = (find("x")?, find("y")?) else {
-            return Ok(None);
-        };
-        let (mut slots, mut normals, mut dimension) = (vec![x, y], vec![find("nx")?, find("ny")?], Dimension::Two);
-        if let Some(z) = find("z")? {
-            slots.push(z);
-            normals.push(find("nz")?);
-            dimension = Dimension::Three;
+/// Columns by their number alone.
+fn positional(count: usize) -> Result<Columns, String> {
+    let (dimension, with_normals) = match count {
+        2 => (Dimension::Two, false),
+        3 => (Dimension::Three, false),
+        6 => (Dimension::Three, true),
+        _ => {
+            return Err(format!(
+                "{count} column{}; 2 (x y), 3 (x y z) or 6 (x y z nx ny nz) are read, or any number under a header line that \
+                 names x, y[, z]",
+                if count == 1 { "" } else { "s" }
+            ));
         }
-        let with_normals = match normals.into_iter().collect::<Option<Vec<_>>>() {
-            Some(columns) => {
-                slots.extend(columns);
-                true
-            }
-            None => false,
-        };
-        Ok(Some(Self { count: words.len(), slots, dimension, with_normals }))
-    }
+    };
+    Ok(Columns { slots: (0..count).collect(), dimension, with_normals })
+}
+
+/// Columns by the words of a header line; `None` where it does not name x and y.
+fn named(words: &[&str]) -> Result<Option<Columns>, String> {
+    Columns::named(|name| {
+        let mut hits = words.iter().enumerate().filter(|(_, w)| unquoted(w).eq_ignore_ascii_case(name));
+        match (hits.next(), hits.next()) {
+            (_, Some(_)) => Err(format!("two columns are named {name}")),
+            (hit, None) => Ok(hit.map(|(position, _)| position)),
+        }
+    })
 }
 
 #[cfg(test)]
@@ -247,6 +226,8 @@ mod tests {
         refused("5\n1\n", Place::Line(2), "1 column;");
         refused("0 0\n1 1\n2 2 2\n", Place::Line(3), "3 columns, but the rows before have 2");
         refused("0 0\n1 one\n", Place::Line(2), "\"one\" is not a number");
+        refused("1.0.0 2.0.0\n1 1\n", Place::Line(1), "\"1.0.0\" is not a number");
+        refused("nan nan\n1 1\n", Place::Line(1), "x is nan");
         refused("0 0\n1 nan\n", Place::Line(2), "y is nan");
         refused("0 0 0\n-inf 1 1\n", Place::Line(2), "x is -inf");
         refused("0 1e999\n", Place::Line(1), "y is inf");

@@ -144,7 +144,7 @@ fn headers_without_end_are_refused() {
     refused([0u8; 100], "a PLY file begins with the line \"ply\"");
     refused(ascii(0, XYZ, ""), "no points");
     refused("ply\nformat ascii 1.0\nelement face 0\nend_header\n", "no element \"vertex\"");
-    refused(ascii(1, "property float x\nproperty float z\n", "1 2\n"), "no property \"y\"");
+    refused(ascii(1, "property float x\nproperty float z\n", "1 2\n"), "need the properties \"x\" and \"y\"");
     refused(ascii(1, "property quad x\n", "1\n"), "line 4: unknown PLY type \"quad\"");
     refused(ascii(1, "property list float float x\n", "1\n"), "line 4: the length of a list");
 }
