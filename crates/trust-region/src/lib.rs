@@ -37,6 +37,7 @@
 
 mod error;
 mod holdout;
+mod iteration;
 mod more_sorensen;
 mod objective;
 mod options;

@@ -134,3 +134,105 @@ impl Reflection {
         x.iter_mut().zip(&self.v).for_each(|(x, v)| *x -= twice * v);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::quadratic_model::Complement;
+    use crate::steihaug::{Truncation, steihaug};
+    use proptest::prelude::*;
+
+    const SIZE: usize = 8;
+
+    /// `F Fᵀ + shift I` applied to a vector.
+    fn apply(factor: &[f64], shift: f64, x: &[f64]) -> Vec<f64> {
+        let inner: Vec<f64> = (0..SIZE).map(|k| (0..SIZE).map(|i| factor[i * SIZE + k] * x[i]).sum::<f64>()).collect();
+        (0..SIZE).map(|i| shift * x[i] + dot(&factor[i * SIZE..(i + 1) * SIZE], &inner)).collect()
+    }
+
+    fn decrease(factor: &[f64], shift: f64, b: &[f64], g: &[f64]) -> f64 {
+        -dot(b, g) - 0.5 * dot(g, &apply(factor, shift, g))
+    }
+
+    fn vector() -> impl Strategy<Value = Vec<f64>> {
+        proptest::collection::vec(-1.0..1.0f64, SIZE)
+    }
+
+    proptest! {
+        #[test]
+        fn nothing_inside_the_ball_does_better(
+            factor in proptest::collection::vec(-1.0..1.0f64, SIZE * SIZE),
+            shift in -1.0..1.0f64,
+            (b, normal, direction) in (vector(), vector(), vector()),
+            radius in 0.01..10.0f64,
+        ) {
+            prop_assume!(dot(&normal, &normal) > 1e-4);
+            let best = more_sorensen(|x| apply(&factor, shift, x), &b, &normal, radius).unwrap();
+            prop_assert!(best.norm <= radius * (1.0 + 1e-9));
+            prop_assert!(dot(&best.g, &normal).abs() < 1e-10 * (1.0 + best.norm));
+            let own = decrease(&factor, shift, &b, &best.g);
+            // Rounding of the eigenvalues, at the size of M g².
+            let rounding = 1e-9 * (1.0 + radius * radius);
+            prop_assert!((own - best.predicted_decrease).abs() < rounding);
+            // Any other point of the complement: random ones, from small to the boundary, and near the solution.
+            let mut other = direction;
+            Complement::new(&normal, normal.clone()).project(&mut other);
+            let length = dot(&other, &other).sqrt();
+            for share in [-1.0, -0.3, 0.01, 0.5, 1.0] {
+                let g: Vec<f64> = other.iter().map(|o| share * radius / length * o).collect();
+                prop_assert!(decrease(&factor, shift, &b, &g) <= own + rounding);
+                let mut near: Vec<f64> = best.g.iter().zip(&g).map(|(b, o)| b + 0.1 * o).collect();
+                let long = (dot(&near, &near).sqrt() / radius).max(1.0);
+                near.iter_mut().for_each(|n| *n /= long);
+                prop_assert!(decrease(&factor, shift, &b, &near) <= own + rounding);
+            }
+        }
+
+        #[test]
+        fn steihaug_is_exact_inside_and_half_as_good_on_the_boundary(
+            factor in proptest::collection::vec(-1.0..1.0f64, SIZE * SIZE),
+            shift in 0.01..1.0f64,
+            (b, normal) in (vector(), vector()),
+            radius in 0.01..10.0f64,
+        ) {
+            prop_assume!(dot(&normal, &normal) > 1e-4);
+            let operator = |x: &[f64]| apply(&factor, shift, x);
+            let exact = more_sorensen(operator, &b, &normal, radius).unwrap();
+            let truncation = Truncation { radius, most_steps: 10 * SIZE, tolerance: 1e-12 };
+            let complement = Complement::new(&normal, normal.clone());
+            let step = steihaug(operator, |r| r.to_vec(), &b, &complement, &truncation);
+            prop_assert!(dot(&step.g, &normal).abs() < 1e-10 * (1.0 + step.norm));
+            if step.end == SubProblemEnd::Interior {
+                prop_assert_eq!(exact.end, SubProblemEnd::Interior);
+                let gap: f64 = step.g.iter().zip(&exact.g).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
+                // Residual 1e-12 over the smallest eigenvalue, 0.01; and rounding times the condition, 1e4 at most.
+                prop_assert!(gap < 1e-8 * (1.0 + exact.norm), "{gap}");
+            } else {
+                prop_assert!((dot(&step.g, &step.g).sqrt() - radius).abs() < 1e-9 * radius);
+                // Yuan 2000, theorem 2: at least half of the best decrease, where M is positive definite.
+                prop_assert!(step.predicted_decrease >= 0.5 * exact.predicted_decrease);
+                prop_assert!(step.predicted_decrease <= exact.predicted_decrease * (1.0 + 1e-9));
+            }
+        }
+    }
+
+    #[test]
+    fn the_hard_case_goes_along_the_lowest_eigenvector() {
+        // b has no part along the lowest eigenvector of diag(·, −2, 1, 1, …), with the first axis cut off.
+        let operator =
+            |x: &[f64]| -> Vec<f64> { x.iter().enumerate().map(|(i, x)| if i == 1 { -2.0 * x } else { *x }).collect() };
+        let (mut b, mut normal) = (vec![0.0; SIZE], vec![0.0; SIZE]);
+        (b[2], normal[0]) = (1.0, 1.0);
+        let step = more_sorensen(operator, &b, &normal, 1.0).unwrap();
+        // λ = 2: g₂ = −1/3, and the rest of the radius along axis 1.
+        assert!((step.g[2] + 1.0 / 3.0).abs() < 1e-9 && (step.g[1].abs() - (8.0f64 / 9.0).sqrt()).abs() < 1e-9);
+        assert_eq!(step.end, SubProblemEnd::NegativeCurvature);
+    }
+
+    #[test]
+    fn too_many_coefficients_are_refused() {
+        let b = vec![1.0; MOST_EXACT + 1];
+        let error = more_sorensen(|x| x.to_vec(), &b, &b, 1.0).unwrap_err();
+        assert_eq!(error, Error::TooLargeForExact { found: MOST_EXACT + 1, most: MOST_EXACT });
+    }
+}

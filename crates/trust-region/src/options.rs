@@ -8,9 +8,12 @@ pub enum Normalisation {
     /// `mean ‖∇f(Pᵢ)‖² = 1`, equation (8). Steps `g` satisfy `fᵀBg = 0`: they are orthogonal to `f` in the inner product
     /// of B, so that they keep the constraint to first order.
     MeanGradient,
-    /// `‖f‖ = 1`, step c of section 2.3, with steps orthogonal to `f` in the Euclidean inner product. The weight is
-    /// multiplied by the squared norm that the coefficients have under equation (8), so that a smoothing length means the
-    /// same on every lattice.
+    /// `‖f‖ = 1`, step c of section 2.3, with steps orthogonal to `f` in the Euclidean inner product. At every iteration
+    /// the weight is multiplied by the squared norm that the coefficients have under equation (8), so that a smoothing
+    /// length means the same on every lattice.
+    ///
+    /// The minimum is another one than under equation (8), and a worse one: here a function can lower its energy, relative
+    /// to its norm, by growing far from the points.
     CoefficientNorm,
 }
 
@@ -56,8 +59,8 @@ pub struct Options {
     pub sub_problem: SubProblem,
     /// Preconditioner of Steihaug's method.
     pub preconditioner: Preconditioner,
-    /// Largest number of coefficients for which [`Preconditioner::Automatic`] factors; by default 20 000 in 3D and
-    /// 100 000 in 2D.
+    /// Largest number of coefficients for which [`Preconditioner::Automatic`] factors; by default 5 000 in 3D and
+    /// 50 000 in 2D.
     pub direct_limit: Option<usize>,
     /// Most conjugate-gradient steps per sub-problem: truncation regularises too. At least 1.
     pub most_cg_steps: usize,
@@ -73,10 +76,10 @@ pub struct Options {
     pub target_error: Option<f64>,
     /// With the weight at its floor, stop when an iteration lowers the objective by no more than this share. In [0, 1).
     pub relative_decrease: f64,
-    /// Share of the points that is held out, chosen by a hash of their position; 0 for none. In [0, 0.5]. Where it comes
-    /// to fewer than 16 points none are held out.
+    /// Share of the points that is held out, chosen by a hash of their position; 0 for none. In [0, 0.5]. About 24 points
+    /// are held out at least; of fewer than 120 points none are.
     pub holdout: f64,
-    /// Stop after so many accepted steps in a row without a lower held-out error. At least 1.
+    /// Stop after so many accepted steps in a row that did not lower the product of held-out error and energy. At least 1.
     pub patience: usize,
     /// Changes which points are held out.
     pub seed: u64,
@@ -86,11 +89,11 @@ pub struct Options {
 
 impl Options {
     /// Settings for points at a typical distance `spacing` from each other on a curve (`D` = 2) or surface (`D` = 3):
-    /// ρ = s^−(D−1), ℓ from s down to s/20.
+    /// ρ = s^−(D−1), ℓ from 4 s down to s/20.
     pub fn for_spacing<const D: usize>(spacing: f64) -> Self {
         Self {
             density: spacing.powi(1 - D as i32),
-            smoothing_length: spacing,
+            smoothing_length: 4.0 * spacing,
             smallest_smoothing_length: 0.05 * spacing,
             ..Self::default()
         }
@@ -165,7 +168,7 @@ impl Default for Options {
     fn default() -> Self {
         Self {
             density: 50.0,
-            smoothing_length: 0.02,
+            smoothing_length: 0.08,
             smallest_smoothing_length: 0.001,
             decay: 0.1,
             normalisation: Normalisation::MeanGradient,
@@ -178,7 +181,7 @@ impl Default for Options {
             smallest_radius: 1e-8,
             most_iterations: 30,
             target_error: None,
-            relative_decrease: 1e-4,
+            relative_decrease: 1e-3,
             holdout: 0.05,
             patience: 2,
             seed: 0,

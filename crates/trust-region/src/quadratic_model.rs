@@ -84,3 +84,114 @@ impl Complement {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::objective::Objective;
+    use crate::options::Normalisation;
+    use crate::sampson::SampsonError;
+    use proptest::prelude::*;
+    use zeroset_bspline::{Collocation, KnotVector};
+    use zeroset_multigrid::NormalEquations;
+
+    const WEIGHT: f64 = 1e-3;
+
+    fn knots() -> [KnotVector; 2] {
+        [KnotVector::uniform(3, 0.0, 0.25, 4).unwrap(), KnotVector::clamped(2, &[0.0, 0.3, 0.5, 1.0]).unwrap()]
+    }
+
+    fn objective(points: &[[f64; 2]], normalisation: Normalisation) -> Objective<2> {
+        let collocation = Collocation::new(&knots(), points).unwrap();
+        Objective {
+            fitted: SampsonError::new(collocation, &vec![1.0; points.len()], 1e-6),
+            held_out: None,
+            energy: DerivativeEnergy::thin_plate(&knots()).unwrap(),
+            normalisation,
+        }
+    }
+
+    /// Coefficients of `x − 0.4`.
+    fn ramp() -> Vec<f64> {
+        (0..35).map(|i| (i / 5) as f64 * 0.25 - 0.25 - 0.4).collect()
+    }
+
+    fn moved(f: &[f64], g: &[f64], t: f64) -> Vec<f64> {
+        f.iter().zip(g).map(|(f, g)| f + t * g).collect()
+    }
+
+    proptest! {
+        #[test]
+        fn it_is_true_to_second_order_where_the_points_are_fitted(
+            heights in proptest::collection::vec(0.0..=1.0f64, 3..20),
+            g in proptest::collection::vec(-1.0..1.0f64, 35),
+        ) {
+            // On x = 0.4 all residuals of the ramp vanish: Gauss–Newton drops nothing.
+            let points: Vec<[f64; 2]> = heights.iter().map(|&y| [0.4, y]).collect();
+            let objective = objective(&points, Normalisation::MeanGradient);
+            let current = objective.at(ramp()).unwrap();
+            let model = objective.model(&current, WEIGHT);
+            let error = |t: f64| {
+                let f = moved(&current.f, &g, t);
+                let hf = objective.energy.apply(&f);
+                let truth = objective.fitted.at(&f).unwrap().error + WEIGHT * dot(&f, &hf);
+                let scaled: Vec<f64> = g.iter().map(|g| t * g).collect();
+                let predicted = current.objective(WEIGHT) + dot(&model.gradient, &scaled)
+                    + 0.5 * dot(&scaled, &model.apply(&scaled));
+                truth - predicted
+            };
+            // Third order: at most 20 terms g(P)² ‖∇g‖/‖∇f‖ t³, slopes of g up to 14; and half the step leaves an eighth
+            // up to fourth-order terms.
+            let (whole, half) = (error(1e-3), error(5e-4));
+            prop_assert!(whole.abs() < 20.0 * 3.0 * 14.0 * 1e-9, "{whole}");
+            prop_assert!((whole - 8.0 * half).abs() < 0.1 * whole.abs() + 1e-10, "{whole} {half}");
+        }
+
+        #[test]
+        fn its_gradient_is_that_of_the_normalised_objective(
+            points in proptest::collection::vec([0.0..=1.0f64, 0.0..=1.0f64], 3..20),
+            noise in proptest::collection::vec(-0.05..0.05f64, 35),
+            g in proptest::collection::vec(-1.0..1.0f64, 35),
+            by_norm in any::<bool>(),
+        ) {
+            let normalisation = if by_norm { Normalisation::CoefficientNorm } else { Normalisation::MeanGradient };
+            let objective = objective(&points, normalisation);
+            let current = objective.at(moved(&ramp(), &noise, 1.0)).unwrap();
+            let model = objective.model(&current, WEIGHT);
+            // Into the complement of f, where the normalisation does not change to first order.
+            let mut g = g;
+            Complement::new(&model.normal, model.normal.clone()).project(&mut g);
+            let at = |t: f64| objective.at(moved(&current.f, &g, t)).unwrap().objective(model.weight);
+            let step = 1e-5;
+            let difference = (at(step) - at(-step)) / (2.0 * step);
+            let predicted = dot(&model.gradient, &g);
+            let size = current.objective(model.weight) + predicted.abs();
+            // Step² times third derivatives of about (14 / ‖∇f‖)³, ‖∇f‖ being 1, or 0.2 under ‖f‖ = 1.
+            prop_assert!((difference - predicted).abs() < 1e-4 * size, "{difference} {predicted}");
+        }
+
+        #[test]
+        fn it_agrees_with_the_assembled_matrix(
+            points in proptest::collection::vec([0.0..=1.0f64, 0.0..=1.0f64], 3..20),
+            noise in proptest::collection::vec(-0.05..0.05f64, 35),
+            g in proptest::collection::vec(-1.0..1.0f64, 35),
+        ) {
+            let objective = objective(&points, Normalisation::MeanGradient);
+            let current = objective.at(moved(&ramp(), &noise, 1.0)).unwrap();
+            let model = objective.model(&current, WEIGHT);
+            let equations = NormalEquations::new(&objective.energy);
+            let rows = &model.jacobian;
+            let matrix = equations.rows(rows.collocation(), &rows.alpha, Some(&rows.beta), model.weight).unwrap();
+            let (free, assembled) = (model.apply(&g), matrix.apply(&g));
+            let size = free.iter().map(|v| v.abs()).fold(0.0, f64::max);
+            for (a, b) in free.iter().zip(&assembled) {
+                // The same products in another order.
+                prop_assert!((a - 2.0 * b).abs() <= 1e-12 * size);
+            }
+            let diagonal = model.diagonal(&objective.energy.diagonal());
+            for (a, b) in diagonal.iter().zip(matrix.diagonal()) {
+                prop_assert!((a - 2.0 * b).abs() <= 1e-12 * a.abs());
+            }
+        }
+    }
+}

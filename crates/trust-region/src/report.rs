@@ -28,7 +28,7 @@ pub enum StoppingRule {
     RadiusTooSmall,
     /// The iterations were used up.
     IterationLimit,
-    /// The held-out error stopped falling.
+    /// The product of held-out error and energy stopped falling.
     HoldOut,
     /// The observer asked to stop.
     Cancelled,

@@ -103,3 +103,49 @@ fn to_boundary(gg: f64, gp: f64, pp: f64, radius: f64) -> f64 {
     let root = (gp * gp + pp * gap).sqrt();
     if gp > 0.0 { gap / (gp + root) } else { (root - gp) / pp }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn the_radius_is_measured_in_the_norm_of_the_preconditioner(
+            m in proptest::collection::vec(0.1..10.0f64, 6),
+            p in proptest::collection::vec(0.1..10.0f64, 6),
+            b in proptest::collection::vec(-1.0..1.0f64, 6),
+            radius in 0.01..3.0f64,
+        ) {
+            let normal = vec![1.0; 6];
+            let inverse = |r: &[f64]| -> Vec<f64> { r.iter().zip(&p).map(|(r, p)| r / p).collect() };
+            let complement = Complement::new(&normal, inverse(&normal));
+            let operator = |x: &[f64]| -> Vec<f64> { x.iter().zip(&m).map(|(x, m)| x * m).collect() };
+            let truncation = Truncation { radius, most_steps: 100, tolerance: 1e-12 };
+            let step = steihaug(operator, inverse, &b, &complement, &truncation);
+            let norm = step.g.iter().zip(&p).map(|(g, p)| g * g * p).sum::<f64>().sqrt();
+            // The recurrence against the norm itself: a few dozen products.
+            prop_assert!((norm - step.norm).abs() < 1e-9 * (1.0 + norm));
+            prop_assert!(norm <= radius * (1.0 + 1e-9));
+            let decrease = -dot(&b, &step.g) - 0.5 * dot(&step.g, &operator(&step.g));
+            prop_assert!((decrease - step.predicted_decrease).abs() < 1e-10 * (1.0 + decrease));
+            prop_assert!(decrease >= 0.0);
+            if step.end == SubProblemEnd::Interior {
+                // M g + b is a multiple of the normal: all its entries are equal.
+                let residual: Vec<f64> = operator(&step.g).iter().zip(&b).map(|(m, b)| m + b).collect();
+                prop_assert!(residual.iter().all(|r| (r - residual[0]).abs() < 1e-8));
+            }
+        }
+    }
+
+    #[test]
+    fn negative_curvature_leads_to_the_boundary() {
+        let complement = Complement::new(&[0.0, 0.0, 1.0], vec![0.0, 0.0, 1.0]);
+        let truncation = Truncation { radius: 2.0, most_steps: 10, tolerance: 1e-12 };
+        let operator = |x: &[f64]| vec![-x[0], x[1], x[2]];
+        let step = steihaug(operator, |r| r.to_vec(), &[1.0, 0.0, 5.0], &complement, &truncation);
+        assert_eq!(step.end, SubProblemEnd::NegativeCurvature);
+        assert!((step.g[0] + 2.0).abs() < 1e-14 && step.g[2].abs() < 1e-14);
+        assert!((step.predicted_decrease - 4.0).abs() < 1e-13, "bᵀg = −2, ½ gᵀMg = −2");
+    }
+}
