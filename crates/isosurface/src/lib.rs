@@ -1,1 +1,58 @@
-//! The zero set of a B-spline as a closed manifold mesh or closed polylines
+//! The zero set of a function as a closed manifold mesh (3D) or closed polylines (2D).
+//!
+//! The function is sampled on a lattice; its topology there is that of the multilinear interpolant, with ambiguous faces and
+//! cell interiors decided (what MC33 aims at: Chernyaev 1995, Lewiner et al. 2003), and its vertices are then moved onto the
+//! function's own zero set.
+//!
+//! ```
+//! use ndarray::ArrayD;
+//! use zeroset_isosurface::{ImplicitFunction, LatticeSamples, Options, surface};
+//!
+//! struct Ball;
+//! impl ImplicitFunction<3> for Ball {
+//!     fn value_and_gradient(&self, x: &[f64; 3]) -> (f64, [f64; 3]) {
+//!         let r = x.iter().map(|x| x * x).sum::<f64>().sqrt();
+//!         (r - 1.0, x.map(|x| x / r))
+//!     }
+//! }
+//!
+//! let axis: Vec<f64> = (0..24).map(|i| -1.15 + 0.1 * f64::from(i)).collect();
+//! let axes = [axis.clone(), axis.clone(), axis];
+//! let samples = LatticeSamples::of(axes, &Ball)?;
+//! let (mesh, _) = surface(&samples, Some(&Ball), &Options::default())?;
+//!
+//! let topology = mesh.topology();
+//! assert!(topology.closed && topology.genus == 0 && topology.components == 1);
+//! assert!((mesh.enclosed_volume() - 4.0 / 3.0 * std::f64::consts::PI).abs() < 0.02, "outward, so positive");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! **Sign.** f < 0 inside, f ≥ 0 outside; triangles are counter-clockwise seen from outside, and polylines have the inside
+//! on their left.
+//!
+//! **Guaranteed.** Closed, 2-manifold, oriented, for any samples; where the zero set would leave the lattice it is capped,
+//! and counted. The same bytes for any number of threads.
+//!
+//! **Not guaranteed.** Thin features between nodes are missed; triangles may be slivers; a mesh may touch itself within a
+//! cell, though it is connected as it should be.
+
+mod cell;
+mod cell_mesh;
+mod curve;
+mod error;
+mod function;
+mod interior;
+mod mesh;
+mod polylines;
+mod root;
+mod samples;
+mod surface;
+mod union_find;
+
+pub use curve::curve;
+pub use error::Error;
+pub use function::ImplicitFunction;
+pub use mesh::{Topology, TriMesh};
+pub use polylines::{CurveTopology, Curves};
+pub use samples::LatticeSamples;
+pub use surface::{Options, Report, surface};

@@ -1,0 +1,115 @@
+//! The triangles of one cell.
+//!
+//! A mesh of cells is 2-manifold if no edge between two vertices on a common face is made by a cell, other than the
+//! face's own contour: the cell on the other side might make the same. Such chords are avoided, or broken by a new vertex
+//! inside the cell.
+
+use crate::cell::edge_faces;
+use crate::interior::Interior;
+
+/// Vertices are numbered 0 to 11 for the zero on that edge, and from 12 for new vertices inside the cell.
+#[derive(Debug, Default)]
+pub(crate) struct CellMesh {
+    /// First guesses for the new vertices.
+    pub(crate) inner: Vec<[f64; 3]>,
+    pub(crate) triangles: Vec<[u8; 3]>,
+}
+
+impl CellMesh {
+    pub(crate) fn clear(&mut self) {
+        self.inner.clear();
+        self.triangles.clear();
+    }
+
+    /// Fills loops that have f > 0 on their left seen from outside the cell; `positions` are those of the edges' zeros.
+    pub(crate) fn fill(&mut self, loops: &[Vec<usize>], interior: Interior, positions: &[[f64; 3]; 12]) {
+        let in_tunnel = |index: usize| matches!(interior, Interior::Tunnel(a, b) if index == a || index == b);
+        for (_, cycle) in loops.iter().enumerate().filter(|(index, _)| !in_tunnel(*index)) {
+            self.disc(cycle, positions);
+        }
+        if let Interior::Tunnel(a, b) = interior {
+            self.annulus(&loops[a], &loops[b], positions);
+        }
+    }
+
+    fn disc(&mut self, cycle: &[usize], positions: &[[f64; 3]; 12]) {
+        let count = cycle.len();
+        // Fans without forbidden chords, the one with the shortest chords.
+        let fan = (0..count)
+            .filter_map(|apex| {
+                let chords = (2..count - 1).map(|k| (cycle[apex], cycle[(apex + k) % count]));
+                let mut length = 0.0;
+                for (a, b) in chords {
+                    if edge_faces(a) & edge_faces(b) != 0 {
+                        return None;
+                    }
+                    length += distance(&positions[a], &positions[b]);
+                }
+                Some((apex, length))
+            })
+            .min_by(|a, b| a.1.total_cmp(&b.1));
+        match fan {
+            Some((apex, _)) => {
+                let vertex = |k: usize| cycle[(apex + k) % count] as u8;
+                self.triangles.extend((1..count - 1).map(|k| [vertex(0), vertex(k), vertex(k + 1)]));
+            }
+            None => {
+                let centre = self.add(mean(cycle.iter().map(|&e| positions[e])));
+                let edge = |k: usize| cycle[k % count] as u8;
+                self.triangles.extend((0..count).map(|k| [centre, edge(k), edge(k + 1)]));
+            }
+        }
+    }
+
+    /// A strip between two loops that run in opposite directions around it. Each chord across is broken by a new vertex.
+    fn annulus(&mut self, a: &[usize], b: &[usize], positions: &[[f64; 3]; 12]) {
+        let (n, m) = (a.len(), b.len());
+        let length = |i: usize, j: usize| distance(&positions[a[i % n]], &positions[b[j % m]]);
+        let pairs = (0..n).flat_map(|i| (0..m).map(move |j| (i, j)));
+        let (first, last) = pairs.min_by(|p, q| length(p.0, p.1).total_cmp(&length(q.0, q.1))).unwrap_or_default();
+        // From there, a forwards and b backwards; `m − 1` steps forwards are one step back.
+        let (mut i, mut j, mut forward, mut backward) = (first, last, 0, 0);
+        let centre = mean(a.iter().chain(b).map(|&e| positions[e]));
+        let middle = |mesh: &mut Self, i: usize, j: usize| {
+            let chord = mean([positions[a[i % n]], positions[b[j % m]]].into_iter());
+            // Off the face on which a chord may lie.
+            mesh.add(std::array::from_fn(|axis| 0.9 * chord[axis] + 0.1 * centre[axis]))
+        };
+        let start = middle(self, i, j);
+        let mut from = start;
+        while forward < n || backward < m {
+            let along_a = backward == m || (forward < n && length(i + 1, j) <= length(i, j + m - 1));
+            let (next_i, next_j) = if along_a { (i + 1, j) } else { (i, j + m - 1) };
+            forward += usize::from(along_a);
+            backward += usize::from(!along_a);
+            let to = if forward == n && backward == m { start } else { middle(self, next_i, next_j) };
+            let (ai, bj) = (a[i % n] as u8, b[j % m] as u8);
+            if along_a {
+                let next = a[next_i % n] as u8;
+                self.triangles.extend([[ai, next, to], [ai, to, from], [from, to, bj]]);
+            } else {
+                let next = b[next_j % m] as u8;
+                self.triangles.extend([[ai, to, from], [to, next, bj], [to, bj, from]]);
+            }
+            (i, j, from) = (next_i, next_j, to);
+        }
+    }
+
+    fn add(&mut self, position: [f64; 3]) -> u8 {
+        self.inner.push(position);
+        11 + self.inner.len() as u8
+    }
+}
+
+fn mean(points: impl Iterator<Item = [f64; 3]>) -> [f64; 3] {
+    let (mut sum, mut count) = ([0.0; 3], 0.0);
+    for point in points {
+        (0..3).for_each(|axis| sum[axis] += point[axis]);
+        count += 1.0;
+    }
+    sum.map(|s| s / count)
+}
+
+fn distance(a: &[f64; 3], b: &[f64; 3]) -> f64 {
+    (0..3).map(|axis| (a[axis] - b[axis]).powi(2)).sum::<f64>().sqrt()
+}

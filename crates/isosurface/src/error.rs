@@ -1,0 +1,33 @@
+//! What can go wrong.
+
+use thiserror::Error;
+
+/// Why a zero set could not be extracted.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum Error {
+    /// Values and coordinates do not belong together.
+    #[error("samples of shape {values:?} do not fit axes of {axes:?} coordinates: at least two per axis are needed")]
+    Shape {
+        /// Shape of the values.
+        values: Vec<usize>,
+        /// Number of coordinates per axis.
+        axes: Vec<usize>,
+    },
+    /// The coordinates of an axis do not increase, or are not finite.
+    #[error("axis {axis}: coordinate {index} is not finite, or not larger than the one before it")]
+    Axis {
+        /// The axis.
+        axis: usize,
+        /// The coordinate.
+        index: usize,
+    },
+    /// A sample is NaN or infinite.
+    #[error("the sample at node {0:?} is not a finite number: does the lattice leave the function's box?")]
+    NotFinite(Vec<usize>),
+    /// The function has one sign on the whole lattice.
+    #[error("the function does not change its sign on the lattice: there is no zero set (all {0})")]
+    Empty(&'static str),
+    /// More vertices than an index can name.
+    #[error("the mesh would have more than 4 294 967 295 vertices: use a coarser lattice")]
+    TooLarge,
+}

@@ -1,0 +1,164 @@
+//! Triangle meshes and what can be said about them.
+
+use serde::Serialize;
+
+use crate::union_find::UnionFind;
+
+/// A triangle mesh with shared vertices, counter-clockwise seen from outside.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct TriMesh {
+    /// Positions, `V × 3`.
+    pub vertices: Vec<[f64; 3]>,
+    /// Outward unit normals, `V × 3`.
+    pub normals: Vec<[f64; 3]>,
+    /// Indices of vertices, `T × 3`.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// The topology of a mesh.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+pub struct Topology {
+    /// Connected components.
+    pub components: usize,
+    /// V − E + T.
+    pub euler_characteristic: i64,
+    /// Sum of the components' genera; meaningful for closed meshes.
+    pub genus: i64,
+    /// Whether every edge has exactly two triangles, one on each side, and every vertex one ring of triangles.
+    pub closed: bool,
+    /// Directed edges without their opposite: holes.
+    pub boundary_edges: usize,
+    /// Directed edges that stand in more than one triangle: branches, or triangles turned over.
+    pub non_manifold_edges: usize,
+    /// Vertices where several rings of triangles meet.
+    pub non_manifold_vertices: usize,
+}
+
+impl TriMesh {
+    /// Volume inside, positive for an outward mesh: Gauss' theorem.
+    pub fn enclosed_volume(&self) -> f64 {
+        let Some(&origin) = self.vertices.first() else { return 0.0 };
+        let corner = |v: u32| -> [f64; 3] { std::array::from_fn(|k| self.vertices[v as usize][k] - origin[k]) };
+        let volume = |triangle: &[u32; 3]| {
+            let [a, b, c] = triangle.map(corner);
+            (0..3).map(|k| a[k] * (b[(k + 1) % 3] * c[(k + 2) % 3] - b[(k + 2) % 3] * c[(k + 1) % 3])).sum::<f64>()
+                / 6.0
+        };
+        self.triangles.iter().map(volume).sum()
+    }
+
+    /// Sum of the triangles' areas.
+    pub fn area(&self) -> f64 {
+        let area = |triangle: &[u32; 3]| {
+            let [a, b, c] = triangle.map(|v| self.vertices[v as usize]);
+            let cross = |k: usize| {
+                let (l, m) = ((k + 1) % 3, (k + 2) % 3);
+                (b[l] - a[l]) * (c[m] - a[m]) - (b[m] - a[m]) * (c[l] - a[l])
+            };
+            0.5 * (0..3).map(|k| cross(k).powi(2)).sum::<f64>().sqrt()
+        };
+        self.triangles.iter().map(area).sum()
+    }
+
+    /// Counts components, genus, holes and branches.
+    pub fn topology(&self) -> Topology {
+        let mut directed: Vec<(u32, u32)> =
+            self.triangles.iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]).collect();
+        directed.sort_unstable();
+        let non_manifold_edges = directed.windows(2).filter(|pair| pair[0] == pair[1]).count();
+        let boundary_edges = directed.iter().filter(|&&(a, b)| directed.binary_search(&(b, a)).is_err()).count();
+        let mut edges: Vec<(u32, u32)> = directed.iter().map(|&(a, b)| (a.min(b), a.max(b))).collect();
+        edges.sort_unstable();
+        edges.dedup();
+
+        let mut sets = UnionFind::new(self.vertices.len());
+        let mut components = self.vertices.len();
+        for &(a, b) in &edges {
+            components -= usize::from(sets.join(a as usize, b as usize));
+        }
+        let euler_characteristic = self.vertices.len() as i64 - edges.len() as i64 + self.triangles.len() as i64;
+        let non_manifold_vertices = self.split_vertices();
+        let closed =
+            boundary_edges == 0 && non_manifold_edges == 0 && non_manifold_vertices == 0 && !self.triangles.is_empty();
+        Topology {
+            components,
+            euler_characteristic,
+            genus: components as i64 - euler_characteristic.div_euclid(2),
+            closed,
+            boundary_edges,
+            non_manifold_edges,
+            non_manifold_vertices,
+        }
+    }
+
+    /// Vertices whose triangles do not form one ring (or one fan).
+    fn split_vertices(&self) -> usize {
+        // Around vertex a, triangle (a, b, c) leads from b to c.
+        let mut links: Vec<[u32; 3]> =
+            self.triangles.iter().flat_map(|&[a, b, c]| [[a, b, c], [b, c, a], [c, a, b]]).collect();
+        links.sort_unstable();
+        links
+            .chunk_by(|x, y| x[0] == y[0])
+            .filter(|ring| {
+                let follow = |b: u32| ring.binary_search_by_key(&b, |link| link[1]).ok().map(|at| ring[at][2]);
+                // A fan begins at the one that nothing leads to; a ring anywhere.
+                let targets: Vec<u32> = ring.iter().map(|link| link[2]).collect();
+                let start = ring.iter().map(|link| link[1]).find(|b| !targets.contains(b)).unwrap_or(ring[0][1]);
+                let (mut at, mut steps) = (start, 0);
+                while let Some(next) = follow(at) {
+                    steps += 1;
+                    at = next;
+                    if at == start || steps > ring.len() {
+                        break;
+                    }
+                }
+                steps != ring.len()
+            })
+            .count()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn tetrahedron(at: f64, first: u32) -> (Vec<[f64; 3]>, Vec<[u32; 3]>) {
+        let vertices = vec![[at, 0.0, 0.0], [at + 1.0, 0.0, 0.0], [at, 1.0, 0.0], [at, 0.0, 1.0]];
+        let triangles = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]].map(|t| t.map(|v| v + first)).to_vec();
+        (vertices, triangles)
+    }
+
+    #[test]
+    fn two_tetrahedra() {
+        let ((mut vertices, mut triangles), (v, t)) = (tetrahedron(0.0, 0), tetrahedron(5.0, 4));
+        vertices.extend(v);
+        triangles.extend(t);
+        let mesh = TriMesh { vertices, normals: vec![], triangles };
+        let topology = mesh.topology();
+        assert!(topology.closed);
+        assert_eq!((topology.components, topology.euler_characteristic, topology.genus), (2, 4, 0));
+        // Two volumes of 1/6: rounding.
+        assert!((mesh.enclosed_volume() - 1.0 / 3.0).abs() < 1e-14);
+    }
+
+    #[test]
+    fn faults_are_seen() {
+        let (vertices, mut triangles) = tetrahedron(0.0, 0);
+        let mesh = |triangles: &[[u32; 3]]| TriMesh {
+            vertices: vertices.clone(),
+            normals: vec![],
+            triangles: triangles.to_vec(),
+        };
+        assert_eq!(mesh(&triangles[1..]).topology().boundary_edges, 3);
+        triangles[0].swap(0, 1);
+        assert_eq!(mesh(&triangles).topology().non_manifold_edges, 3);
+        // Two tetrahedra that share a vertex only.
+        let (v, t) = tetrahedron(5.0, 4);
+        let (mut both, mut all) = tetrahedron(0.0, 0);
+        both.extend(v);
+        all.extend(t.iter().map(|t| t.map(|v| if v == 4 { 0 } else { v })));
+        let pinched = TriMesh { vertices: both, normals: vec![], triangles: all }.topology();
+        assert_eq!(pinched.non_manifold_vertices, 1);
+        assert!(!pinched.closed);
+    }
+}

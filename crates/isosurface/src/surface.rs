@@ -1,0 +1,243 @@
+//! From samples to a triangle mesh.
+
+use rayon::prelude::*;
+use serde::Serialize;
+
+use crate::cell::{contour, edge_corners, loops};
+use crate::cell_mesh::CellMesh;
+use crate::error::Error;
+use crate::function::ImplicitFunction;
+use crate::interior::{Interior, interior};
+use crate::mesh::TriMesh;
+use crate::root::{near, on_segment};
+use crate::samples::LatticeSamples;
+
+/// Settings of [`surface`] and [`curve`](crate::curve).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Options {
+    /// Most Newton steps per vertex; they end as soon as a vertex stands still to rounding.
+    pub newton_steps: usize,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { newton_steps: 40 }
+    }
+}
+
+/// What an extraction found.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+pub struct Report {
+    /// Cells (squares in 2D) that the zero set passes through.
+    pub cells: usize,
+    /// Cells with two loops joined by a tunnel; squares in 2D where the asymptotic decider was asked.
+    pub ambiguous: usize,
+    /// Cells whose interior could not be decided; their loops were closed by discs.
+    pub unclear: usize,
+    /// Vertices on caps, where the zero set leaves the lattice.
+    pub capped: usize,
+}
+
+/// Extracts the zero set. With a function its vertices are moved onto `f = 0` and get `∇f / ‖∇f‖` as normals; without, they
+/// come from linear interpolation and the triangles.
+///
+/// # Errors
+/// If the samples have one sign only, or there are too many vertices.
+pub fn surface(
+    samples: &LatticeSamples<3>,
+    function: Option<&impl ImplicitFunction<3>>,
+    options: &Options,
+) -> Result<(TriMesh, Report), Error> {
+    let grid = Grid::new(samples)?;
+    let layers: Vec<Vec<(u64, [f64; 3], bool)>> =
+        (0..grid.shape[0]).into_par_iter().map(|i| grid.cut_edges(i, function, options)).collect();
+    let mut report = Report::default();
+    let mut keys = Vec::new();
+    let mut vertices = Vec::new();
+    for (key, position, capped) in layers.into_iter().flatten() {
+        keys.push(key);
+        vertices.push(position);
+        report.capped += usize::from(capped);
+    }
+
+    let parts: Vec<Part> =
+        (0..grid.shape[0] - 1).into_par_iter().map(|i| grid.cells(i, &keys, &vertices, function, options)).collect();
+    let inner: usize = parts.iter().map(|part| part.inner.len()).sum();
+    if u32::try_from(vertices.len() + inner).is_err() {
+        return Err(Error::TooLarge);
+    }
+    let mut triangles = Vec::with_capacity(parts.iter().map(|part| part.triangles.len()).sum());
+    for part in parts {
+        let base = vertices.len() as u32;
+        vertices.extend(part.inner);
+        // Inner vertices are numbered from the top downwards until their place is known.
+        let place = |vertex: u32| if vertex > INNER { base + (u32::MAX - vertex) } else { vertex };
+        triangles.extend(part.triangles.iter().map(|triangle| triangle.map(place)));
+        report.cells += part.report.cells;
+        report.ambiguous += part.report.ambiguous;
+        report.unclear += part.report.unclear;
+    }
+    let normals = normals(&vertices, &triangles, function);
+    Ok((TriMesh { vertices, normals, triangles }, report))
+}
+
+/// Numbers above this are inner vertices of a layer, counted down from `u32::MAX`.
+const INNER: u32 = u32::MAX / 2;
+
+/// One layer of cells.
+#[derive(Default)]
+struct Part {
+    inner: Vec<[f64; 3]>,
+    triangles: Vec<[u32; 3]>,
+    report: Report,
+}
+
+struct Grid<'a> {
+    samples: &'a LatticeSamples<3>,
+    shape: [usize; 3],
+    inside: Vec<bool>,
+}
+
+impl<'a> Grid<'a> {
+    fn new(samples: &'a LatticeSamples<3>) -> Result<Self, Error> {
+        let shape = samples.shape();
+        let plane = shape[1] * shape[2];
+        let inside: Vec<bool> = (0..shape[0] * plane)
+            .into_par_iter()
+            .map(|flat| samples.value(&[flat / plane, flat / shape[2] % shape[1], flat % shape[2]]) < 0.0)
+            .collect();
+        // The layer around the lattice is outside.
+        if !inside.iter().any(|&inside| inside) {
+            return Err(Error::Empty("outside"));
+        }
+        Ok(Self { samples, shape, inside })
+    }
+
+    fn flat(&self, node: &[usize; 3]) -> usize {
+        (node[0] * self.shape[1] + node[1]) * self.shape[2] + node[2]
+    }
+
+    fn key(&self, node: &[usize; 3], axis: usize) -> u64 {
+        3 * self.flat(node) as u64 + axis as u64
+    }
+
+    /// The zeros on the edges that begin in one layer of nodes, in ascending order of their keys.
+    fn cut_edges(
+        &self,
+        i: usize,
+        function: Option<&impl ImplicitFunction<3>>,
+        options: &Options,
+    ) -> Vec<(u64, [f64; 3], bool)> {
+        let mut cut = Vec::new();
+        for j in 0..self.shape[1] {
+            for k in 0..self.shape[2] {
+                let node = [i, j, k];
+                let inside = self.inside[self.flat(&node)];
+                for axis in 0..3 {
+                    let mut other = node;
+                    other[axis] += 1;
+                    if other[axis] == self.shape[axis] || self.inside[self.flat(&other)] == inside {
+                        continue;
+                    }
+                    let (within, without) = if inside { (node, other) } else { (other, node) };
+                    let ends = [within, without].map(|node| self.samples.position(&node));
+                    let capped = self.samples.is_outer(&without);
+                    let position = if capped {
+                        // The middle of the short edge across the lattice's face.
+                        std::array::from_fn(|axis| 0.5 * (ends[0][axis] + ends[1][axis]))
+                    } else {
+                        let values = [within, without].map(|node| self.samples.value(&node));
+                        on_segment(function, &ends[0], &ends[1], values, options.newton_steps)
+                    };
+                    cut.push((self.key(&node, axis), position, capped));
+                }
+            }
+        }
+        cut
+    }
+
+    /// The triangles of one layer of cells.
+    fn cells(
+        &self,
+        i: usize,
+        keys: &[u64],
+        vertices: &[[f64; 3]],
+        function: Option<&impl ImplicitFunction<3>>,
+        options: &Options,
+    ) -> Part {
+        let mut part = Part::default();
+        let mut mesh = CellMesh::default();
+        // All edges of this layer's cells begin in these two layers of nodes.
+        let first = keys.partition_point(|&key| key < self.key(&[i, 0, 0], 0));
+        let last = keys.partition_point(|&key| key < self.key(&[i + 2, 0, 0], 0));
+        let keys = &keys[first..last];
+        for j in 0..self.shape[1] - 1 {
+            for k in 0..self.shape[2] - 1 {
+                let corner = |c: usize| [i + (c & 1), j + (c >> 1 & 1), k + (c >> 2)];
+                let count = (0..8).filter(|&c| self.inside[self.flat(&corner(c))]).count();
+                if count == 0 || count == 8 {
+                    continue;
+                }
+                let values: [f64; 8] = std::array::from_fn(|c| self.samples.value(&corner(c)));
+                let next = contour(&values);
+                let cycles = loops(&next);
+                let decision = interior(&values, &cycles);
+                part.report.cells += 1;
+                part.report.ambiguous += usize::from(matches!(decision, Interior::Tunnel(..)));
+                part.report.unclear += usize::from(decision == Interior::Unclear);
+
+                let mut index = [0u32; 12];
+                let mut positions = [[0.0; 3]; 12];
+                for edge in (0..12).filter(|&edge| next[edge].is_some()) {
+                    let key = self.key(&corner(edge_corners(edge)[0]), edge / 4);
+                    let at = first + keys.partition_point(|&other| other < key);
+                    index[edge] = at as u32;
+                    positions[edge] = vertices[at];
+                }
+                mesh.clear();
+                mesh.fill(&cycles, decision, &positions);
+                let base = part.inner.len() as u32;
+                let ends = [corner(0), corner(7)].map(|node| self.samples.position(&node));
+                let within = (0..8).all(|c| !self.samples.is_outer(&corner(c)));
+                part.inner.extend(mesh.inner.iter().map(|&start| match function {
+                    Some(function) if within => near(function, start, &ends[0], &ends[1], options.newton_steps),
+                    _ => start,
+                }));
+                let place = |v: u8| if v < 12 { index[usize::from(v)] } else { u32::MAX - (base + u32::from(v) - 12) };
+                part.triangles.extend(mesh.triangles.iter().map(|triangle| triangle.map(place)));
+            }
+        }
+        part
+    }
+}
+
+/// `∇f / ‖∇f‖`, or where that is not known (on caps, or without a function) the mean of the triangles around, weighted by
+/// area.
+fn normals(
+    vertices: &[[f64; 3]],
+    triangles: &[[u32; 3]],
+    function: Option<&impl ImplicitFunction<3>>,
+) -> Vec<[f64; 3]> {
+    let mut sums = vec![[0.0; 3]; vertices.len()];
+    for triangle in triangles {
+        let [a, b, c] = triangle.map(|v| vertices[v as usize]);
+        let (u, v): ([f64; 3], [f64; 3]) = (std::array::from_fn(|k| b[k] - a[k]), std::array::from_fn(|k| c[k] - a[k]));
+        for vertex in triangle {
+            for k in 0..3 {
+                sums[*vertex as usize][k] += u[(k + 1) % 3] * v[(k + 2) % 3] - u[(k + 2) % 3] * v[(k + 1) % 3];
+            }
+        }
+    }
+    let unit = |v: [f64; 3]| {
+        let length = v.iter().map(|x| x * x).sum::<f64>().sqrt();
+        (length.is_finite() && length > 0.0).then(|| v.map(|x| x / length))
+    };
+    vertices
+        .par_iter()
+        .zip(sums)
+        .map(|(vertex, sum)| {
+            let gradient = function.and_then(|function| unit(function.value_and_gradient(vertex).1));
+            gradient.or_else(|| unit(sum)).unwrap_or([0.0, 0.0, 1.0])
+        })
+        .collect()
+}
