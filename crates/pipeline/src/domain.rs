@@ -14,7 +14,7 @@ pub struct Domain<const D: usize> {
 }
 
 /// Cells between the points and the faces of the box, on the coarsest lattice.
-const MARGIN: f64 = 2.5;
+const MARGIN: f64 = 1.5;
 
 impl<const D: usize> Domain<D> {
     /// The box for points whose bounding box has these `sides` (frame units, centred at zero, the longest 1), with
@@ -63,11 +63,11 @@ mod tests {
     #[test]
     fn the_box_leaves_its_margin_and_nests() {
         let domain = Domain::around(&[1.0, 0.4], 16);
-        assert_eq!(domain.cells, [21, 12]);
-        assert!(domain.lower[0] <= -0.5 - 2.5 / 16.0 && domain.lower[1] <= -0.2 - 2.5 / 16.0);
+        assert_eq!(domain.cells, [19, 10]);
+        assert!(domain.lower[0] <= -0.5 - 1.5 / 16.0 && domain.lower[1] <= -0.2 - 1.5 / 16.0);
         let (coarse, fine) = (domain.knots(3, 0).unwrap(), domain.knots(3, 2).unwrap());
         assert_eq!(coarse[0].halved().halved(), fine[0]);
-        assert_eq!(domain.nodes(1)[1].len(), 25);
+        assert_eq!(domain.nodes(1)[1].len(), 21);
         assert_eq!(fine[1].domain().1, *domain.nodes(2)[1].last().unwrap());
     }
 }

@@ -44,3 +44,45 @@ pub enum InputError {
         kind: &'static str,
     },
 }
+
+/// Why a reconstruction failed.
+#[derive(Debug, Error)]
+pub enum ReconstructError {
+    /// The points have no shape to reconstruct.
+    #[error(transparent)]
+    Input(#[from] InputError),
+    /// An option is out of range.
+    #[error("{0}")]
+    Option(String),
+    /// The topology stage failed.
+    #[error("topology (section 3): {0}")]
+    Topology(#[from] zeroset_gefm::GefmError),
+    /// The lattice for the distance was refused.
+    #[error("distance (section 4): {0}")]
+    Lattice(#[from] zeroset_eikonal_sweep::LatticeError),
+    /// The distance stage failed.
+    #[error("distance (section 4): {0}")]
+    Distance(#[from] zeroset_eikonal_sweep::Error),
+    /// The least-squares stage failed.
+    #[error("initial shape (equation 15): {0}")]
+    InitialShape(#[from] zeroset_lsq_init::Error),
+    /// The refinement failed.
+    #[error("dynamic reconstruction (section 2.3): {0}")]
+    Refinement(#[from] zeroset_trust_region::Error),
+    /// The zero set could not be extracted.
+    #[error("extraction: {0}")]
+    Extraction(#[from] zeroset_isosurface::Error),
+    /// Knot vectors could not be laid out.
+    #[error("the lattice cannot be laid out: {0}")]
+    Knots(#[from] zeroset_bspline::KnotError),
+    /// The function cannot be expressed in the data's unit.
+    #[error("the function cannot be expressed in the data's unit: {0}")]
+    Spline(#[from] zeroset_bspline::SplineError),
+}
+
+impl ReconstructError {
+    /// Whether the points themselves are the cause, rather than the program or its options.
+    pub fn is_input(&self) -> bool {
+        matches!(self, Self::Input(_))
+    }
+}

@@ -1,13 +1,72 @@
 //! Raw points in, a smooth implicit B-spline curve or surface out: no normals needed.
 //!
-//! (front page follows with the road)
+//! [`reconstruct`] takes points on a closed curve (2D) or surface (3D) and returns a function f, a tensor-product
+//! B-spline, negative inside, positive outside, and close to a signed distance near the points. [`extract_curve`] and
+//! [`extract_surface`] give its zero set.
+//!
+//! ```
+//! use zeroset::{Options, extract_curve, reconstruct};
+//!
+//! // Two hundred points on an ellipse with half axes 3 and 2, in no order and without normals.
+//! let points: Vec<[f64; 2]> = (0..200)
+//!     .map(|i| (f64::from(i * 77 % 200) / 200.0 * std::f64::consts::TAU).sin_cos())
+//!     .map(|(s, c)| [3.0 * c, 2.0 * s])
+//!     .collect();
+//! let mut ellipse = reconstruct(&points, &Options::default())?;
+//! let (curves, topology) = extract_curve(&mut ellipse)?;
+//!
+//! assert_eq!(curves.loops.len(), 1);
+//! assert!((topology.area - 6.0 * std::f64::consts::PI).abs() < 0.01);
+//! let (origin, f) = ellipse.in_data_units()?;
+//! assert!(f.value(&[0.5 - origin[0], 0.5 - origin[1]]) < 0.0, "inside");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # The road
+//!
+//! One direction, one crate per step; each is usable by itself.
+//!
+//! | step | crate | in the paper |
+//! |---|---|---|
+//! | points → [`Frame`], [`Spacing`], [`Domain`] | here | |
+//! | → f̂, a spline whose sign is right | [`gefm`] | section 3 |
+//! | → d, distance on a lattice | [`eikonal_sweep`] | section 4 |
+//! | → φ = sign(f̂) · d, cleaned | here | equation (14) |
+//! | → f̄, the initial shape | [`lsq_init`] | equation (15) |
+//! | → f*, the dynamic reconstruction | [`trust_region`] | section 2.3 |
+//! | → curve or mesh | [`isosurface`] | |
+//!
+//! **Guaranteed.** The zero set is extracted closed, manifold and outward; the same bytes for any number of threads; the
+//! [`Report`] says what was not covered by data.
+//!
+//! **Not here.** Open surfaces (they are closed), sharp creases (they are rounded over about a cell), files (see
+//! `zeroset-io`).
 
 mod domain;
 mod error;
+mod extraction;
 mod frame;
+mod options;
+mod reconstruct;
+mod report;
+mod sign;
 mod spacing;
 
 pub use domain::Domain;
-pub use error::InputError;
+pub use error::{InputError, ReconstructError};
+pub use extraction::{Figures, extract_curve, extract_surface};
 pub use frame::Frame;
+pub use options::{Options, Topology};
+pub use reconstruct::{OrientedPoint, Reconstruction, reconstruct};
+pub use report::{
+    DistanceReport, ExtractionReport, FrameReport, InputReport, REPORT_VERSION, Report, StageFigures, StageReport,
+};
+pub use sign::{SignReport, synthesize};
 pub use spacing::Spacing;
+
+pub use zeroset_bspline as bspline;
+pub use zeroset_eikonal_sweep as eikonal_sweep;
+pub use zeroset_gefm as gefm;
+pub use zeroset_isosurface as isosurface;
+pub use zeroset_lsq_init as lsq_init;
+pub use zeroset_trust_region as trust_region;

@@ -49,6 +49,13 @@ impl Spacing {
     }
 }
 
+/// The distance from each place to the nearest of the points, which must be distinct and finite.
+pub(crate) fn distances_to<const D: usize>(points: &[[f64; D]], places: &[[f64; D]]) -> Vec<f64> {
+    let tree = ImmutableKdTree::<f64, D>::new_from_slice(points).expect("points are distinct and finite");
+    let nearest = |place| tree.query(place).nearest_one::<SquaredEuclidean<f64>>().execute().distance;
+    places.par_iter().map(|place: &[f64; D]| nearest(place).sqrt()).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

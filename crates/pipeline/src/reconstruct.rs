@@ -1,0 +1,273 @@
+//! The road: points → frame → f̂ → distance → φ → initial shape → f*.
+
+use std::time::Instant;
+
+use serde::Serialize;
+use tracing::info;
+use zeroset_bspline::{Derivatives, Spline};
+use zeroset_eikonal_sweep::{self as eikonal_sweep, Lattice};
+use zeroset_gefm as gefm;
+use zeroset_lsq_init as lsq_init;
+use zeroset_trust_region as trust_region;
+
+use crate::domain::Domain;
+use crate::error::ReconstructError;
+use crate::frame::Frame;
+use crate::options::{Options, Topology};
+use crate::report::{DistanceReport, FrameReport, InputReport, REPORT_VERSION, Report, StageFigures, StageReport};
+use crate::sign::synthesize;
+use crate::spacing::Spacing;
+
+/// What a reconstruction leaves: the function, the points that it belongs to, and the report.
+#[derive(Debug, Clone)]
+pub struct Reconstruction<const D: usize> {
+    /// f in the frame: negative inside, its gradient of length 1 on average at the points.
+    pub spline: Spline<D>,
+    /// How the frame and the data are related.
+    pub frame: Frame<D>,
+    /// The points in the frame, without repetitions.
+    pub points: Vec<[f64; D]>,
+    /// The box and its lattices.
+    pub domain: Domain<D>,
+    /// How often the coarse lattice's cells were halved for the final one.
+    pub halvings: u32,
+    /// Everything worth knowing about how it came about.
+    pub report: Report,
+}
+
+/// Below this share of zero-set edges with data nearby, a warning is given.
+const SUPPORT_EXPECTED: f64 = 0.7;
+
+/// Reconstructs a closed curve (`D` = 2) or surface (`D` = 3) from points on it, `N × D` in any unit, as the zero set of
+/// a B-spline that is negative inside.
+///
+/// # Errors
+/// Points that have no shape, options out of range, or a stage that could not go on; the message names it.
+pub fn reconstruct<const D: usize>(
+    points: &[[f64; D]],
+    options: &Options,
+) -> Result<Reconstruction<D>, ReconstructError> {
+    options.check()?;
+    let (frame, distinct) = Frame::of(points)?;
+    let spacing = Spacing::of(&distinct);
+    let (domain, halvings) = lattices(&frame, &spacing, options);
+    let mut road = Road { stages: Vec::new() };
+
+    let f_hat = road.stage(|| topology(&distinct, &spacing, &domain, options))?;
+
+    let nodes = domain.nodes(halvings);
+    let cell = domain.spacing(halvings);
+    let distance = road.stage(|| distance(&distinct, &domain, halvings, options))?;
+
+    // Data support the zero set where they lie within a cell and a spacing of both ends of a lattice edge.
+    let reach = 1.5 * cell.max(spacing.typical) + cell;
+    let phi = road.stage(|| {
+        let (phi, report) = synthesize(&f_hat.sample(&nodes, [0; D]), &distance, reach);
+        Ok((phi, StageFigures::Sign(report)))
+    })?;
+
+    let knots = domain.knots(options.degree, halvings)?;
+    let initial = road.stage(|| {
+        let fairness = lsq_init::Fairness::Length(0.5 * cell);
+        let settings = lsq_init::Options { fairness, ..lsq_init::Options::default() };
+        let (spline, report) = lsq_init::fit(phi.view(), &nodes, &knots, &settings)?;
+        Ok((spline, StageFigures::InitialShape(report)))
+    })?;
+
+    let spline = if options.refine {
+        road.stage(|| {
+            let settings = refinement(&frame, &spacing, cell, options);
+            let (spline, report) = trust_region::refine(&distinct, Some(&spacing.areas), &initial, &settings)?;
+            Ok((spline, StageFigures::Refinement(report)))
+        })?
+    } else {
+        initial
+    };
+
+    let report = Report {
+        version: REPORT_VERSION,
+        input: InputReport {
+            dimension: D,
+            points: points.len(),
+            repeated: points.len() - distinct.len(),
+            spacing: spacing.typical / frame.scale,
+        },
+        frame: FrameReport {
+            origin: frame.origin.to_vec(),
+            scale: frame.scale,
+            coarse_cells: domain.cells(0).to_vec(),
+            cells: domain.cells(halvings).to_vec(),
+            cell: cell / frame.scale,
+        },
+        warnings: warnings(&road.stages),
+        stages: road.stages,
+    };
+    Ok(Reconstruction { spline, frame, points: distinct, domain, halvings, report })
+}
+
+impl<const D: usize> Reconstruction<D> {
+    /// The function in the data's unit of length, on knots relative to the returned origin: `f(x) = spline(x − origin)`.
+    ///
+    /// # Errors
+    /// If the data's unit is so small or large that the knots cannot be told apart in it.
+    pub fn in_data_units(&self) -> Result<([f64; D], Spline<D>), ReconstructError> {
+        Ok((self.frame.origin, self.spline.mapped(1.0 / self.frame.scale, [0.0; D])?))
+    }
+
+    /// The points in data coordinates with their outward unit normals `∇f / ‖∇f‖` and a confidence between 0 and 1: 1
+    /// where the function passes through the point with a gradient of at least its usual length.
+    pub fn oriented(&self) -> Vec<OrientedPoint<D>> {
+        let evaluation = self.spline.evaluate(&self.points, Derivatives::Gradient);
+        let cell = self.domain.spacing(self.halvings);
+        self.points
+            .iter()
+            .zip(evaluation.values.iter().zip(&evaluation.gradients))
+            .map(|(point, (value, gradient))| {
+                let norm = gradient.iter().map(|g| g * g).sum::<f64>().sqrt();
+                let direction = gradient.map(|g| if norm > 0.0 { g / norm } else { 0.0 });
+                // The mean length of the gradient is 1; a residual of a cell leaves no confidence.
+                let confidence = norm.min(1.0) * (1.0 - (value / norm.max(f64::MIN_POSITIVE) / cell).abs()).max(0.0);
+                OrientedPoint { position: self.frame.to_data(point), normal: direction, confidence }
+            })
+            .collect()
+    }
+}
+
+/// A point of the input with the direction out of the shape.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct OrientedPoint<const D: usize> {
+    /// Data coordinates.
+    #[serde(skip)]
+    pub position: [f64; D],
+    /// Outward unit normal; zero where the gradient vanishes.
+    #[serde(skip)]
+    pub normal: [f64; D],
+    /// Between 0 and 1.
+    pub confidence: f64,
+}
+
+/// Collects the stages' reports.
+struct Road {
+    stages: Vec<StageReport>,
+}
+
+impl Road {
+    fn stage<T>(
+        &mut self,
+        work: impl FnOnce() -> Result<(T, StageFigures), ReconstructError>,
+    ) -> Result<T, ReconstructError> {
+        let start = Instant::now();
+        let (result, figures) = work()?;
+        let seconds = start.elapsed().as_secs_f64();
+        info!(stage = figures.name(), seconds, "done");
+        self.stages.push(StageReport { seconds, figures });
+        Ok(result)
+    }
+}
+
+/// Cells along the longest side of the lattice on which topology is decided.
+fn coarse_cells<const D: usize>() -> usize {
+    if D == 2 { 24 } else { 16 }
+}
+
+fn lattices<const D: usize>(frame: &Frame<D>, spacing: &Spacing, options: &Options) -> (Domain<D>, u32) {
+    match options.resolution {
+        Some(cells) => {
+            // As many halvings as leave a coarse lattice that topology can be decided on.
+            let halvings = (cells / coarse_cells::<D>()).max(1).ilog2();
+            (Domain::around(&frame.sides, cells.div_ceil(1 << halvings)), halvings)
+        }
+        None => {
+            let domain = Domain::around(&frame.sides, coarse_cells::<D>());
+            // Cells of about the spacing: finer ones would have more coefficients than data, coarser ones lose detail.
+            // On one dense lattice no finer than 64 cells in 3D, for its cost grows with the cube.
+            let most = if D == 2 { 4 } else { 2 };
+            let halvings = (domain.spacing / spacing.typical).log2().round().clamp(1.0, f64::from(most)) as u32;
+            (domain, halvings)
+        }
+    }
+}
+
+fn topology<const D: usize>(
+    points: &[[f64; D]],
+    spacing: &Spacing,
+    domain: &Domain<D>,
+    options: &Options,
+) -> Result<(Spline<D>, StageFigures), ReconstructError> {
+    let knots = domain.knots(options.degree, 0)?;
+    let settings = match options.topology {
+        Topology::Continuation => gefm::Options::default(),
+        Topology::Paper => gefm::Options::paper(),
+    };
+    // Below the spacing, so that close walls stay apart, but not below what the lattice can resolve.
+    let smoothing_length = (0.4 * spacing.typical).max(0.1 * domain.spacing);
+    let settings = gefm::Options { smoothing_length, density: spacing.density, ..settings };
+    let (f_hat, report) = gefm::fit(points, &spacing.areas, &knots, &settings)?;
+    Ok((f_hat, StageFigures::Topology(report)))
+}
+
+fn distance<const D: usize>(
+    points: &[[f64; D]],
+    domain: &Domain<D>,
+    halvings: u32,
+    options: &Options,
+) -> Result<(ndarray::ArrayD<f64>, StageFigures), ReconstructError> {
+    let shape = domain.cells(halvings).map(|cells| cells + 1);
+    let lattice = Lattice::new(domain.lower, domain.spacing(halvings), shape)?;
+    let settings = eikonal_sweep::Options { method: options.distance, ..eikonal_sweep::Options::default() };
+    let distance = eikonal_sweep::distance(points, &lattice, &settings)?;
+    let report = DistanceReport {
+        nodes: shape.to_vec(),
+        sweeps: distance.report.sweeps,
+        last_change: distance.report.last_change,
+    };
+    Ok((distance.values, StageFigures::Distance(report)))
+}
+
+fn refinement<const D: usize>(
+    frame: &Frame<D>,
+    spacing: &Spacing,
+    cell: f64,
+    options: &Options,
+) -> trust_region::Options {
+    let mut settings = trust_region::Options::for_spacing::<D>(spacing.typical);
+    // A lattice coarser than the data cannot follow detail below its cells.
+    settings.smoothing_length = spacing.typical.max(0.5 * cell);
+    settings.smallest_smoothing_length = 0.05 * settings.smoothing_length;
+    if let Some(length) = options.smoothing {
+        let length = length * frame.scale;
+        settings.smoothing_length = length.max(settings.smoothing_length);
+        settings.smallest_smoothing_length = length;
+        settings.holdout = 0.0;
+    }
+    settings
+}
+
+fn warnings(stages: &[StageReport]) -> Vec<String> {
+    let mut warnings = Vec::new();
+    for stage in stages {
+        match &stage.figures {
+            StageFigures::Topology(report) if report.continuation.stages.iter().any(|stage| !stage.settled) => {
+                warnings.push(
+                    "the orientation of the points did not settle: some may be on the wrong side; try another \
+                     --resolution"
+                        .into(),
+                );
+            }
+            StageFigures::Sign(report) if report.supported < SUPPORT_EXPECTED => {
+                warnings.push(format!(
+                    "only {:.0} % of the surface runs where points are: the data have large holes, or the shape is open",
+                    100.0 * report.supported
+                ));
+            }
+            StageFigures::Sign(report) if report.nodes_clipped > 0 => {
+                warnings.push(format!(
+                    "{} lattice nodes on the faces of the box were inside and were cut off: the shape may be open",
+                    report.nodes_clipped
+                ));
+            }
+            _ => {}
+        }
+    }
+    warnings
+}

@@ -1,0 +1,118 @@
+//! The report: what was done, stage by stage, and how far to trust it.
+
+use serde::Serialize;
+
+use crate::extraction::Figures;
+use crate::sign::SignReport;
+
+/// Version of the report's schema.
+pub const REPORT_VERSION: u32 = 1;
+
+/// Everything worth knowing about a reconstruction.
+#[derive(Debug, Clone, Serialize)]
+pub struct Report {
+    /// Version of this schema.
+    pub version: u32,
+    /// The points.
+    pub input: InputReport,
+    /// How data and frame coordinates are related.
+    pub frame: FrameReport,
+    /// The stages in the order in which they ran.
+    pub stages: Vec<StageReport>,
+    /// What a user should know before trusting the result.
+    pub warnings: Vec<String>,
+}
+
+/// The points that were given.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct InputReport {
+    /// 2 or 3.
+    pub dimension: usize,
+    /// Points given.
+    pub points: usize,
+    /// Points that repeated an earlier one.
+    pub repeated: usize,
+    /// Typical distance between neighbouring points, in the data's unit.
+    pub spacing: f64,
+}
+
+/// The unit frame and its lattices.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FrameReport {
+    /// Centre of the points' bounding box, in the data's unit: frame = (data − origin) · scale.
+    pub origin: Vec<f64>,
+    /// Frame units per data unit.
+    pub scale: f64,
+    /// Cells along each axis of the lattice on which topology is decided.
+    pub coarse_cells: Vec<usize>,
+    /// Cells along each axis of the final lattice.
+    pub cells: Vec<usize>,
+    /// Side of a cell of the final lattice, in the data's unit.
+    pub cell: f64,
+}
+
+/// One stage.
+#[derive(Debug, Clone, Serialize)]
+pub struct StageReport {
+    /// Wall time in seconds.
+    pub seconds: f64,
+    /// What the stage has to say.
+    #[serde(flatten)]
+    pub figures: StageFigures,
+}
+
+/// The figures of a stage, frame units unless they say otherwise.
+#[derive(Debug, Clone, Serialize)]
+#[serde(tag = "stage", rename_all = "kebab-case")]
+pub enum StageFigures {
+    /// Generalized eigenvector fitting, section 3.
+    Topology(zeroset_gefm::Report),
+    /// Distance on the lattice, section 4.
+    Distance(DistanceReport),
+    /// Sign synthesis, equation (14).
+    Sign(SignReport),
+    /// Least-squares initial shape, equation (15).
+    InitialShape(zeroset_lsq_init::Report),
+    /// Dynamic reconstruction, section 2.3.
+    Refinement(zeroset_trust_region::Report),
+    /// Extraction of the zero set.
+    Extraction(ExtractionReport),
+}
+
+impl StageFigures {
+    /// The stage's name, as in the report.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Topology(_) => "topology",
+            Self::Distance(_) => "distance",
+            Self::Sign(_) => "sign",
+            Self::InitialShape(_) => "initial-shape",
+            Self::Refinement(_) => "refinement",
+            Self::Extraction(_) => "extraction",
+        }
+    }
+}
+
+/// The distance stage.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct DistanceReport {
+    /// Nodes along each axis.
+    pub nodes: Vec<usize>,
+    /// Sweeps over the lattice.
+    pub sweeps: usize,
+    /// Largest change in the last sweep.
+    pub last_change: f64,
+}
+
+/// The extraction stage.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ExtractionReport {
+    /// Cells and decisions.
+    #[serde(flatten)]
+    pub found: zeroset_isosurface::Report,
+    /// Share of the vertices farther than four spacings from every point.
+    pub unsupported: f64,
+    /// The result, in the data's unit.
+    #[serde(flatten)]
+    pub zero_set: Figures,
+}
