@@ -1,0 +1,106 @@
+//! The command line.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+/// Raw points in, a smooth implicit B-spline curve or surface out: no normals needed.
+#[derive(Parser)]
+#[command(name = "zeroset", version, arg_required_else_help = true, max_term_width = 100)]
+#[command(
+    after_help = "Exit codes: 0 done, 1 internal error, 2 wrong usage, 3 input refused, 4 no trustworthy result, \
+                        5 output could not be written, 130 interrupted."
+)]
+pub struct Arguments {
+    #[command(subcommand)]
+    pub command: Command,
+    /// Print nothing but errors
+    #[arg(short, long, global = true, help_heading = "Running")]
+    pub quiet: bool,
+    /// Number of threads; the result does not depend on it [default: all cores]
+    #[arg(long, global = true, value_name = "N", help_heading = "Running")]
+    pub threads: Option<usize>,
+}
+
+#[derive(Subcommand)]
+pub enum Command {
+    /// Reconstruct a closed curve or surface from points
+    #[command(after_help = "Examples:\n  zeroset reconstruct scan.ply -o surface.ply\n  \
+                            zeroset reconstruct outline.xy -o outline.svg -o function.npz --report report.json")]
+    Reconstruct(Reconstruct),
+    /// Evaluate a saved spline at points: value, gradient, Hessian
+    #[command(after_help = "Example:\n  zeroset eval function.npz points.xyz -o values.csv")]
+    Eval(Eval),
+    /// Say what is in a points file or a saved spline
+    #[command(after_help = "Example:\n  zeroset info scan.ply")]
+    Info(Info),
+}
+
+#[derive(Args)]
+pub struct Reconstruct {
+    /// Points: .xyz .xy .txt .csv .asc .pts (2 or 3 columns), .ply, .obj or .npy
+    pub points: PathBuf,
+    /// Where to write, repeatable; the extension decides what: mesh .ply .obj (3D), curve .svg .json (2D), spline .npz,
+    /// field .npy .exr
+    #[arg(short, long = "output", value_name = "FILE", required_unless_present_any = ["oriented", "report"], help_heading = "Output")]
+    pub output: Vec<PathBuf>,
+    /// Write the input points with outward normals and confidence (.ply)
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    pub oriented: Option<PathBuf>,
+    /// Write the report: stages, figures, topology of the result (.json)
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    pub report: Option<PathBuf>,
+    /// Cells along the longest side of the points' bounding box, 8 to 1024 [default: from the spacing of the points]
+    #[arg(long, value_name = "CELLS", help_heading = "Fit")]
+    pub resolution: Option<usize>,
+    /// Smooth away detail below this length, in the unit of the points [default: automatic]
+    #[arg(long, value_name = "LENGTH", help_heading = "Fit")]
+    pub smooth: Option<f64>,
+    /// Degree of the B-splines, 2 to 5
+    #[arg(long, value_name = "DEGREE", default_value_t = 3, help_heading = "Fit")]
+    pub degree: usize,
+    /// How inside is told from outside
+    #[arg(long, value_enum, default_value_t = Topology::Continuation, help_heading = "Fit")]
+    pub topology: Topology,
+    /// How the distance on the lattice is computed
+    #[arg(long, value_enum, default_value_t = Distance::ClosestPoint, help_heading = "Fit")]
+    pub distance: Distance,
+    /// Stop at the initial shape: no dynamic reconstruction
+    #[arg(long, help_heading = "Fit")]
+    pub no_refine: bool,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+pub enum Topology {
+    /// Eigenvector, then continuation in the exponent p
+    Continuation,
+    /// The paper's section 3 as written
+    Paper,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+pub enum Distance {
+    /// Sweeping that carries the nearest sample
+    ClosestPoint,
+    /// The paper's Godunov scheme
+    Godunov,
+    /// A search per node
+    Exact,
+}
+
+#[derive(Args)]
+pub struct Eval {
+    /// A spline saved by reconstruct (.npz)
+    pub spline: PathBuf,
+    /// Where to evaluate: a points file of the same dimension
+    pub points: PathBuf,
+    /// Where to write: .csv or .npy, one row per point
+    #[arg(short, long, value_name = "FILE")]
+    pub output: PathBuf,
+}
+
+#[derive(Args)]
+pub struct Info {
+    /// A points file or a spline (.npz)
+    pub file: PathBuf,
+}

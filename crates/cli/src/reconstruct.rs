@@ -1,0 +1,200 @@
+//! `zeroset reconstruct`.
+
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+use zeroset::isosurface::{CurveTopology, Curves, TriMesh};
+use zeroset::{ReconstructError, Reconstruction, extract_curve, extract_surface};
+use zeroset_io::{OutputKind, Points, SplineFile};
+
+use crate::Say;
+use crate::arguments::{Distance, Reconstruct, Topology};
+use crate::failure::Failure;
+
+/// The report as it is written: the file, then what the library says.
+#[derive(Serialize)]
+struct RunReport<'a> {
+    zeroset: &'static str,
+    file: &'a Path,
+    #[serde(flatten)]
+    report: &'a zeroset::Report,
+}
+
+pub fn run(arguments: &Reconstruct, say: Say) -> Result<(), Failure> {
+    let kinds = check_outputs(arguments)?;
+    let points = zeroset_io::read_points(&arguments.points).map_err(Failure::reading)?;
+    for (path, kind) in &kinds {
+        let problem = match (points.dimension(), kind) {
+            (zeroset_io::Dimension::Two, OutputKind::Mesh) => {
+                "a mesh, but the points have two columns: write .svg or .json"
+            }
+            (zeroset_io::Dimension::Three, OutputKind::Curve) => {
+                "a curve, but the points have three columns: write .ply or .obj"
+            }
+            _ => continue,
+        };
+        return Err(Failure::usage(format!("{} would be {problem}", path.display())));
+    }
+    let options = options(arguments);
+    say.line(format_args!("{}: {} points", arguments.points.display(), points.len()));
+    match points {
+        Points::Two(set) => {
+            let mut result = zeroset::reconstruct(&set.points, &options).map_err(|e| refused(arguments, e))?;
+            let (curves, topology) = extract_curve(&mut result).map_err(|e| refused(arguments, e))?;
+            say.line(describe_curve(&topology));
+            for (path, kind) in &kinds {
+                if *kind == OutputKind::Curve {
+                    write_curves(path, &curves, &set.points)?;
+                } else {
+                    write_function(path, *kind, &result)?;
+                }
+            }
+            finish(arguments, &kinds, &result, say)
+        }
+        Points::Three(set) => {
+            let mut result = zeroset::reconstruct(&set.points, &options).map_err(|e| refused(arguments, e))?;
+            let (mesh, topology) = extract_surface(&mut result).map_err(|e| refused(arguments, e))?;
+            say.line(format_args!(
+                "surface: {} of genus {}, {}, volume {:.6}, area {:.6}",
+                count(topology.components, "component"),
+                topology.genus,
+                if topology.closed { "closed" } else { "NOT closed" },
+                mesh.enclosed_volume(),
+                mesh.area()
+            ));
+            for (path, kind) in &kinds {
+                if *kind == OutputKind::Mesh {
+                    write_mesh(path, &mesh)?;
+                } else {
+                    write_function(path, *kind, &result)?;
+                }
+            }
+            finish(arguments, &kinds, &result, say)
+        }
+    }
+}
+
+/// Everything about the outputs that can be refused before the work begins: extensions and folders.
+fn check_outputs(arguments: &Reconstruct) -> Result<Vec<(PathBuf, OutputKind)>, Failure> {
+    let mut kinds = Vec::new();
+    for path in &arguments.output {
+        kinds.push((path.clone(), OutputKind::of(path).map_err(Failure::usage)?));
+    }
+    let others =
+        [(&arguments.oriented, zeroset_io::ORIENTED_EXTENSIONS), (&arguments.report, zeroset_io::REPORT_EXTENSIONS)];
+    for (path, known) in others {
+        if let Some(path) = path {
+            zeroset_io::extension_among(path, known).map_err(Failure::usage)?;
+        }
+    }
+    let paths = arguments.output.iter().chain(&arguments.oriented).chain(&arguments.report);
+    for path in paths {
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        if !folder.is_dir() {
+            return Err(Failure::output(format!(
+                "{}: the folder {} does not exist: make it first",
+                path.display(),
+                folder.display()
+            )));
+        }
+        if path.is_dir() {
+            return Err(Failure::output(format!("{} is a folder: give a file name", path.display())));
+        }
+    }
+    Ok(kinds)
+}
+
+fn options(arguments: &Reconstruct) -> zeroset::Options {
+    use zeroset::eikonal_sweep::Method;
+    zeroset::Options {
+        resolution: arguments.resolution,
+        degree: arguments.degree,
+        topology: match arguments.topology {
+            Topology::Continuation => zeroset::Topology::Continuation,
+            Topology::Paper => zeroset::Topology::Paper,
+        },
+        smoothing: arguments.smooth,
+        distance: match arguments.distance {
+            Distance::ClosestPoint => Method::ClosestPoint,
+            Distance::Godunov => Method::Godunov,
+            Distance::Exact => Method::Exact,
+        },
+        refine: !arguments.no_refine,
+    }
+}
+
+fn refused(arguments: &Reconstruct, error: ReconstructError) -> Failure {
+    match error {
+        ReconstructError::Option(_) => Failure::usage(error),
+        error if error.is_input() => Failure::input(format!("{}: {error}", arguments.points.display())),
+        error => Failure::internal(format!("{}: {error}", arguments.points.display())),
+    }
+}
+
+fn describe_curve(topology: &CurveTopology) -> String {
+    format!(
+        "curve: {} and {}, area {:.6}, length {:.6}",
+        count(topology.parts, "part"),
+        count(topology.holes, "hole"),
+        topology.area,
+        topology.length
+    )
+}
+
+fn count(number: usize, thing: &str) -> String {
+    format!("{number} {thing}{}", if number == 1 { "" } else { "s" })
+}
+
+fn write_mesh(path: &Path, mesh: &TriMesh) -> Result<(), Failure> {
+    let mesh = zeroset_io::TriMesh { vertices: &mesh.vertices, normals: &mesh.normals, triangles: &mesh.triangles };
+    zeroset_io::write_mesh(path, &mesh).map_err(Failure::writing)
+}
+
+fn write_curves(path: &Path, curves: &Curves, points: &[[f64; 2]]) -> Result<(), Failure> {
+    zeroset_io::write_curves(path, &zeroset_io::Curves { curves: &curves.loops, points }).map_err(Failure::writing)
+}
+
+/// The spline itself, or its values on the final lattice, in the data's unit.
+fn write_function<const D: usize>(path: &Path, kind: OutputKind, result: &Reconstruction<D>) -> Result<(), Failure> {
+    let (origin, spline) = result.in_data_units().map_err(Failure::internal)?;
+    if kind == OutputKind::Spline {
+        let knots = spline.knots().iter().map(|knots| knots.knots().to_vec()).collect();
+        let degree = spline.knots()[0].degree();
+        let file = SplineFile::new(origin.to_vec(), knots, degree, spline.coefficients().clone());
+        return zeroset_io::write_spline(path, &file.map_err(Failure::internal)?).map_err(Failure::writing);
+    }
+    let nodes = result.domain.nodes(result.halvings);
+    let values = result.spline.sample(&nodes, [0; D]) / result.frame.scale;
+    let first = result.frame.to_data(&result.domain.lower);
+    let spacing = [result.domain.spacing(result.halvings) / result.frame.scale; D];
+    let field = zeroset_io::Field { values: values.view(), origin: &first, spacing: &spacing };
+    zeroset_io::write_field(path, &field).map_err(Failure::writing)
+}
+
+fn finish<const D: usize>(
+    arguments: &Reconstruct,
+    kinds: &[(PathBuf, OutputKind)],
+    result: &Reconstruction<D>,
+    say: Say,
+) -> Result<(), Failure> {
+    if let Some(path) = &arguments.oriented {
+        let oriented = result.oriented();
+        let positions: Vec<_> = oriented.iter().map(|p| p.position).collect();
+        let normals: Vec<_> = oriented.iter().map(|p| p.normal).collect();
+        let confidence: Vec<_> = oriented.iter().map(|p| p.confidence).collect();
+        zeroset_io::write_oriented(path, &positions, &normals, &confidence).map_err(Failure::writing)?;
+    }
+    if let Some(path) = &arguments.report {
+        let report = RunReport { zeroset: env!("CARGO_PKG_VERSION"), file: &arguments.points, report: &result.report };
+        zeroset_io::write_report(path, &report).map_err(Failure::writing)?;
+    }
+    for warning in &result.report.warnings {
+        say.line(format_args!("warning: {warning}"));
+    }
+    let seconds: f64 = result.report.stages.iter().map(|stage| stage.seconds).sum();
+    say.line(format_args!("done in {seconds:.1} s"));
+    for path in kinds.iter().map(|(path, _)| path).chain(&arguments.oriented).chain(&arguments.report) {
+        say.line(format_args!("wrote {}", path.display()));
+    }
+    Ok(())
+}
