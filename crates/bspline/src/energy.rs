@@ -1,10 +1,10 @@
 //! The thin-plate energy, equation (3), and its relatives of other orders.
 
+use rayon::prelude::*;
 use thiserror::Error;
 
 use crate::gram::BandedMatrix;
 use crate::knot_vector::KnotVector;
-use crate::tensor::apply_along;
 
 /// Why an energy could not be set up.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -102,34 +102,68 @@ impl<const D: usize> DerivativeEnergy<D> {
     /// `H f` for coefficients in C order.
     ///
     /// By `E_k(x, rest) = Σ_a (k over a) G_a ⊗ E_{k−a}(rest)`, axis by axis from the last: 12 banded passes for the
-    /// thin-plate energy in 3D.
+    /// thin-plate energy in 3D. All passes but those along the first axis run within a plane, while it is in cache.
     ///
     /// # Panics
     /// If the length is not the product of the shape.
     #[track_caller]
     pub fn apply(&self, coefficients: &[f64]) -> Vec<f64> {
         assert_eq!(coefficients.len(), self.shape.iter().product::<usize>(), "one coefficient per basis function");
-        let pass = |input: &[f64], axis: usize, derivative: usize| {
-            let gram = &self.grams[axis][derivative];
-            apply_along(input, &self.shape, axis, gram.size(), |i| gram.row(i))
-        };
-        let mut partial: Vec<Vec<f64>> = (0..=self.order).map(|k| pass(coefficients, D - 1, k)).collect();
-        for axis in (0..D - 1).rev() {
-            // On the first axis only the full order is wanted.
-            let lowest = if axis == 0 { self.order } else { 0 };
-            partial = (lowest..=self.order)
-                .map(|k| {
-                    let mut sum = vec![0.0; coefficients.len()];
-                    for a in 0..=k {
-                        let factor = binomial(k, a);
-                        let term = pass(&partial[k - a], axis, a);
-                        sum.iter_mut().zip(&term).for_each(|(s, t)| *s += factor * t);
-                    }
-                    sum
-                })
-                .collect();
+        let orders = self.order + 1;
+        let plane: usize = self.shape[1..].iter().product();
+        // For each plane, E_0 to E_order over the axes after the first.
+        let mut partial = vec![0.0; orders * coefficients.len()];
+        partial
+            .par_chunks_mut(orders * plane)
+            .zip(coefficients.par_chunks(plane))
+            .for_each_init(|| vec![0.0; orders * plane], |scratch, (out, input)| self.within(1, input, out, scratch));
+        let mut out = vec![0.0; coefficients.len()];
+        out.par_chunks_mut(plane).enumerate().for_each(|(i, out)| {
+            let terms = self.terms(0, self.order, i, |other, k| &partial[(other * orders + k) * plane..][..plane]);
+            combine(out, &terms);
+        });
+        out
+    }
+
+    /// `E_0` to `E_order` over the axes from `axis` on, one after the other in `out`.
+    fn within(&self, axis: usize, input: &[f64], out: &mut [f64], scratch: &mut [f64]) {
+        let orders = self.order + 1;
+        let size = self.shape[axis];
+        if axis == D - 1 {
+            for k in 0..orders {
+                for (i, value) in out[k * size..(k + 1) * size].iter_mut().enumerate() {
+                    let (first, row) = self.grams[axis][k].row(i);
+                    *value = row.iter().zip(&input[first..]).map(|(g, x)| g * x).sum();
+                }
+            }
+            return;
         }
-        partial.swap_remove(partial.len() - 1)
+        let line: usize = self.shape[axis + 1..].iter().product();
+        for (input, lower) in input.chunks(line).zip(scratch.chunks_mut(orders * line)) {
+            self.within(axis + 1, input, lower, &mut []);
+        }
+        for k in 0..orders {
+            for i in 0..size {
+                let terms = self.terms(axis, k, i, |other, k| &scratch[(other * orders + k) * line..][..line]);
+                combine(&mut out[k * input.len() + i * line..][..line], &terms);
+            }
+        }
+    }
+
+    /// The terms of `Σ_a (k over a) Σ_j G_a[i, j] E_{k−a}[j]`.
+    fn terms<'p>(
+        &self,
+        axis: usize,
+        k: usize,
+        i: usize,
+        partial: impl Fn(usize, usize) -> &'p [f64],
+    ) -> Vec<(f64, &'p [f64])> {
+        let mut terms = Vec::with_capacity((k + 1) * (2 * self.grams[axis][0].half_bandwidth() + 1));
+        for a in 0..=k {
+            let (first, row) = self.grams[axis][a].row(i);
+            terms.extend(row.iter().enumerate().map(|(t, g)| (binomial(k, a) * g, partial(first + t, k - a))));
+        }
+        terms
     }
 
     /// `fᵀ H f`.
@@ -166,6 +200,29 @@ impl<const D: usize> DerivativeEnergy<D> {
                 self.entry(index, index)
             })
             .collect()
+    }
+}
+
+/// `out = Σ factor · x`, blockwise so that `out` stays in cache, four terms at a time.
+fn combine(out: &mut [f64], terms: &[(f64, &[f64])]) {
+    const BLOCK: usize = 1024;
+    for (block, out) in out.chunks_mut(BLOCK).enumerate() {
+        out.fill(0.0);
+        let part = |x: &'_ [f64]| -> std::ops::Range<usize> { block * BLOCK..(block * BLOCK + BLOCK).min(x.len()) };
+        for four in terms.chunks(4) {
+            if let [(a, p), (b, q), (c, r), (d, s)] = four {
+                let (p, q, r, s) = (&p[part(p)], &q[part(q)], &r[part(r)], &s[part(s)]);
+                for (((o, p), q), (r, s)) in out.iter_mut().zip(p).zip(q).zip(r.iter().zip(s)) {
+                    *o += (a * p + b * q) + (c * r + d * s);
+                }
+            } else {
+                for (a, x) in four {
+                    for (o, x) in out.iter_mut().zip(&x[part(x)]) {
+                        *o += a * x;
+                    }
+                }
+            }
+        }
     }
 }
 

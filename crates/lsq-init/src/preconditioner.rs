@@ -29,11 +29,13 @@ impl<const D: usize> Preconditioner<D> {
             let trace = |at: &dyn Fn(usize) -> f64| (0..size).map(at).sum::<f64>();
             // A spline has more coefficients than its cells have nodes, so that G alone may be singular: a little of the
             // mass matrix makes it definite, and the true diagonal is taken below.
-            let share = 1e-3 * trace(&|i| data_gram.get(i, i)) / trace(&|i| mass.get(i, i));
+            let ev = |n: &str, d: f64| std::env::var(n).map_or(d, |s| s.parse::<f64>().unwrap());
+            let bending = energy.gram(axis, 2);
+            let share = ev("SHARE", 1e-3) * trace(&|i| data_gram.get(i, i)) / trace(&|i| mass.get(i, i));
             let v = generalized_eigenvectors(
                 size,
-                |i, j| stiffness.get(i, j),
-                |i, j| data_gram.get(i, j) + share * mass.get(i, j),
+                |i, j| ev("KK", 1.0) * stiffness.get(i, j) + ev("BB", 0.0) * bending.get(i, j) * trace(&|i| stiffness.get(i, i)) / trace(&|i| bending.get(i, i)),
+                |i, j| data_gram.get(i, j) + share * mass.get(i, j) + ev("SB", 0.0) * bending.get(i, j) * trace(&|i| data_gram.get(i, i)) / trace(&|i| bending.get(i, i)),
             )?;
             let own = diagonal_of(&v, |i, j| data_gram.get(i, j), data_gram.half_bandwidth());
             let energies: Vec<Vec<f64>> = (0..=energy.order())
