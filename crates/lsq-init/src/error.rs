@@ -39,9 +39,25 @@ pub enum Error {
     /// A smoothing length was given for nodes without a common spacing.
     #[error("a smoothing length needs nodes of one spacing: give the weight itself")]
     Uneven,
-    /// Some coefficient is determined by nothing.
-    #[error("the nodes do not determine the spline: use more nodes, fewer cells, or a positive fairness")]
-    Undetermined,
+    /// The tolerance is out of range.
+    #[error("the tolerance {0} must lie between 0 and 1, both excluded")]
+    Tolerance(f64),
+    /// Some coefficient is determined by nothing: with fairness an axis needs two nodes, without it every basis function
+    /// a node of its own (Schoenberg and Whitney 1953).
+    #[error(
+        "axis {axis}: the nodes do not determine the spline: use more nodes (at least two), fewer cells, or a positive \
+         fairness"
+    )]
+    Undetermined {
+        /// The axis.
+        axis: usize,
+    },
+    /// Nodes and knots determine the spline in theory, but not in f64.
+    #[error(
+        "the normal equations are singular to rounding: use more nodes, more even knots, or a fairness that is neither \
+         0 nor vast"
+    )]
+    Singular,
     /// The iteration did not reach its tolerance.
     #[error(
         "the residual is still {residual:.1e} after {iterations} iterations: loosen the tolerance or raise the fairness"

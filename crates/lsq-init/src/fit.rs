@@ -2,11 +2,13 @@
 
 use ndarray::ArrayViewD;
 use serde::Serialize;
-use zeroset_bspline::{AxisCollocation, DerivativeEnergy, KnotVector, Spline, apply_along};
+use zeroset_bspline::{AxisCollocation, DerivativeEnergy, KnotVector, Spline};
 
+use crate::axis_factors::AxisFactors;
 use crate::conjugate_gradients::{conjugate_gradients, dot};
 use crate::error::Error;
-use crate::normal_operator::{AxisGram, NormalOperator, Transposed};
+use crate::lattice_data::{Banded, right_side, squared_misfit};
+use crate::normal_operator::NormalOperator;
 use crate::preconditioner::Preconditioner;
 
 /// How strongly the thin-plate energy counts.
@@ -43,7 +45,7 @@ pub struct Report {
     pub weight: f64,
     /// Iterations of conjugate gradients.
     pub iterations: usize,
-    /// Relative residual of the normal equations.
+    /// Relative residual of the normal equations, as conjugate gradients carry it.
     pub residual: f64,
     /// Root mean square of `f − φ` over the nodes.
     pub rms: f64,
@@ -52,65 +54,77 @@ pub struct Report {
 }
 
 /// Fits a spline on `knots` to `values` φ on the lattice of all combinations of the coordinates in `axes` (axis order x,
-/// y\[, z\]; entry `(i, j[, k])` belongs to `(axes[0][i], axes[1][j][, axes[2][k]])`).
+/// y\[, z\]; entry `(i, j[, k])` belongs to `(axes[0][i], axes[1][j][, axes[2][k]])`): equation (15).
+///
+/// The 1D eigenproblems of the preconditioner are dense: time and memory grow with the cube and the square of the number
+/// of coefficients along an axis, which is nothing up to several hundred.
 ///
 /// # Errors
-/// Shapes that do not fit, coordinates that do not increase or leave the knots' domain, values that are not finite, nodes
-/// that do not determine the spline, or an iteration that does not converge.
+/// Shapes that do not fit, coordinates that do not increase or leave the knots' domain, values that are not finite,
+/// options out of range, nodes that do not determine the spline, or an iteration that does not converge.
 pub fn fit<const D: usize>(
     values: ArrayViewD<'_, f64>,
     axes: &[Vec<f64>; D],
     knots: &[KnotVector; D],
     options: &Options,
 ) -> Result<(Spline<D>, Report), Error> {
-    check(&values, axes, knots)?;
+    const { assert!(D == 2 || D == 3, "curves and surfaces only") };
+    check_axes(&values, axes, knots)?;
+    if !(options.tolerance > 0.0 && options.tolerance < 1.0) {
+        return Err(Error::Tolerance(options.tolerance));
+    }
     let weight = weight(axes, options.fairness)?;
-    let energy = DerivativeEnergy::thin_plate(knots)?;
+    let values = values.as_standard_layout();
+    let phi = values.as_slice().unwrap_or_default();
+    check_values(phi, values.shape())?;
+
+    let thin_plate = DerivativeEnergy::thin_plate(knots)?;
     let collocations: [AxisCollocation; D] =
         std::array::from_fn(|axis| AxisCollocation::new(&knots[axis], &axes[axis], 0));
-    if weight == 0.0 && !collocations.iter().zip(knots).all(|(c, knots)| determined(c, knots.basis_count())) {
-        return Err(Error::Undetermined);
-    }
-    let grams: [AxisGram; D] =
-        std::array::from_fn(|axis| AxisGram::new(&collocations[axis], knots[axis].basis_count(), knots[axis].degree()));
-
-    let phi: Vec<f64> = values.iter().copied().collect();
-    let mut right = phi.clone();
-    let mut shape: [usize; D] = std::array::from_fn(|axis| axes[axis].len());
-    for axis in 0..D {
-        let size = knots[axis].basis_count();
-        let transposed = Transposed::new(&collocations[axis], size);
-        right = apply_along(&right, &shape, axis, size, |i| transposed.row(i));
-        shape[axis] = size;
+    let determined = |axis: usize| match weight > 0.0 {
+        // What has no energy is linear: two nodes tell.
+        true => axes[axis].len() >= 2,
+        false => meets_schoenberg_whitney(&collocations[axis], knots[axis].basis_count()),
+    };
+    if let Some(axis) = (0..D).find(|&axis| !determined(axis)) {
+        return Err(Error::Undetermined { axis });
     }
 
-    let operator = NormalOperator { data: &grams, energy: &energy, weight };
-    let preconditioner = Preconditioner::new(&grams, &energy, weight).ok_or(Error::Undetermined)?;
+    // A plane is a space whose middle axis has one node and one function, so that its lines are lines all the same.
+    let axis_of = |place: usize| if D == 3 { Some(place) } else { [Some(0), None, Some(1)][place] };
+    let factors: [AxisFactors; 3] = std::array::from_fn(|place| match axis_of(place) {
+        Some(axis) => AxisFactors::new(&collocations[axis], &thin_plate, axis),
+        None => AxisFactors::unit(),
+    });
+    let sampling: [Banded; 3] = std::array::from_fn(|place| match axis_of(place) {
+        Some(axis) => Banded::collocation(&collocations[axis], knots[axis].basis_count()),
+        None => Banded::unit(),
+    });
+
+    let right = right_side(&sampling.each_ref().map(Banded::transposed), phi);
+    let preconditioner = Preconditioner::new(&factors, weight).ok_or(Error::Singular)?;
+    let mut operator = NormalOperator::new(&factors, weight);
     let solution = conjugate_gradients(
-        |x| operator.apply(x),
-        |r| preconditioner.apply(r),
-        right,
+        |x, out| operator.apply(x, out),
+        |r, out| preconditioner.apply(r, out),
+        &right,
         options.tolerance,
         options.most_iterations,
     );
     let (iterations, residual) = (solution.iterations, solution.residual);
-    if residual > options.tolerance {
+    if residual.is_nan() || residual > options.tolerance {
         return Err(Error::NotConverged { iterations, residual });
     }
 
-    let mut fitted = solution.x.clone();
-    let mut shape = energy.shape();
-    for axis in 0..D {
-        fitted = apply_along(&fitted, &shape, axis, axes[axis].len(), |i| collocations[axis].row(i));
-        shape[axis] = axes[axis].len();
-    }
-    let misfit: Vec<f64> = fitted.iter().zip(&phi).map(|(f, phi)| f - phi).collect();
-    let rms = (dot(&misfit, &misfit) / phi.len() as f64).sqrt();
-    let report = Report { weight, iterations, residual, rms, energy: energy.energy(&solution.x) };
+    let mut product = vec![0.0; right.len()];
+    operator.apply_energy(&solution.x, &mut product);
+    let energy = dot(&product, &solution.x);
+    let rms = (squared_misfit(&sampling, &solution.x, phi) / phi.len() as f64).sqrt();
+    let report = Report { weight, iterations, residual, rms, energy };
     Ok((Spline::from_flat(knots.clone(), solution.x)?, report))
 }
 
-fn check<const D: usize>(
+fn check_axes<const D: usize>(
     values: &ArrayViewD<'_, f64>,
     axes: &[Vec<f64>; D],
     knots: &[KnotVector; D],
@@ -129,15 +143,25 @@ fn check<const D: usize>(
             return Err(Error::Outside { axis, index });
         }
     }
-    match values.indexed_iter().find(|(_, v)| !v.is_finite()) {
-        Some((index, _)) => Err(Error::NotFinite(ndarray::Dimension::slice(&index).to_vec())),
+    Ok(())
+}
+
+fn check_values(phi: &[f64], shape: &[usize]) -> Result<(), Error> {
+    match phi.iter().position(|value| !value.is_finite()) {
         None => Ok(()),
+        Some(mut flat) => {
+            let mut index = vec![0; shape.len()];
+            for (index, &size) in index.iter_mut().zip(shape).rev() {
+                (*index, flat) = (flat % size, flat / size);
+            }
+            Err(Error::NotFinite(index))
+        }
     }
 }
 
 /// Whether the nodes determine all coefficients: each basis function needs a node of its own on which it does not vanish,
 /// in ascending order (Schoenberg and Whitney 1953).
-fn determined(collocation: &AxisCollocation, functions: usize) -> bool {
+fn meets_schoenberg_whitney(collocation: &AxisCollocation, functions: usize) -> bool {
     let mut nodes = 0..collocation.rows();
     (0..functions).all(|function| {
         nodes.any(|node| {
@@ -289,6 +313,6 @@ mod tests {
         assert_eq!(run(&phi, &uneven, fair), Error::Axis { axis: 1, index: 3 });
         assert_eq!(run(&phi, &axes, Fairness::Weight(-1.0)), Error::Fairness(-1.0));
         let few = [even(2.0, 3), even(1.5, 7)];
-        assert_eq!(run(&ArrayD::zeros(vec![3, 7]), &few, Fairness::Weight(0.0)), Error::Undetermined);
+        assert_eq!(run(&ArrayD::zeros(vec![3, 7]), &few, Fairness::Weight(0.0)), Error::Undetermined { axis: 0 });
     }
 }

@@ -28,10 +28,12 @@
 //!
 //! **Not here.** Scattered data, and weights per node.
 
+mod axis_factors;
 mod conjugate_gradients;
-mod eigenpairs;
+mod eigenbasis;
 mod error;
 mod fit;
+mod lattice_data;
 mod normal_operator;
 mod preconditioner;
 
