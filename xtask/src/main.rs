@@ -1,9 +1,13 @@
 //! Project tasks: `cargo xtask ci`, `cargo xtask golden`, `cargo xtask paper`.
 
 mod ci;
+mod golden;
+mod paper;
 
-use std::process::ExitCode;
+use std::path::Path;
+use std::process::{Command, ExitCode};
 
+use anyhow::{Context, Result, bail};
 use clap::{Parser, Subcommand};
 
 /// Project tasks of zeroset.
@@ -18,11 +22,24 @@ struct Arguments {
 enum Task {
     /// Run everything that a change must pass: format, lints, all tests, documentation, golden data.
     Ci,
+    /// Compare with the golden data of SciPy, trimesh and scikit-image.
+    Golden {
+        /// Make fixtures and golden data anew first (needs Python and npm).
+        #[arg(long)]
+        regenerate: bool,
+    },
+    /// Redo the paper: Table 1, the figures, its claim measured. Writes docs/paper.
+    Paper,
 }
 
 fn main() -> ExitCode {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let result = match Arguments::parse().task {
         Task::Ci => ci::run(),
+        Task::Golden { regenerate: false } => golden::check(&root),
+        Task::Golden { regenerate: true } => golden::regenerate(&root),
+        Task::Paper if cfg!(debug_assertions) => in_release("paper"),
+        Task::Paper => paper::run(&root),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
@@ -31,4 +48,15 @@ fn main() -> ExitCode {
             ExitCode::FAILURE
         }
     }
+}
+
+/// Times are only worth something with optimisation: the same task again, built for release.
+fn in_release(task: &str) -> Result<()> {
+    let mut command = Command::new("cargo");
+    command.args(["run", "--quiet", "--release", "--package", "xtask", "--", task]);
+    let status = command.status().context("cargo could not be started")?;
+    if !status.success() {
+        bail!("{task} failed ({status})");
+    }
+    Ok(())
 }

@@ -48,3 +48,5 @@ pub use error::GefmError;
 pub use fit::{Options, Report, fit};
 pub use lanczos::EigenpairSummary;
 pub use p_continuation::{ContinuationOptions, ContinuationReport, ContinuationStage, continue_exponent};
+
+pub use zeroset_multigrid::NormalEquations;
