@@ -5,16 +5,16 @@ use std::collections::HashMap;
 use crate::cell::positives_joined;
 use crate::error::Error;
 use crate::function::ImplicitFunction;
+use crate::options::{Options, Report};
 use crate::polylines::Curves;
-use crate::root::on_segment;
+use crate::root::{Zero, on_segment};
 use crate::samples::LatticeSamples;
-use crate::surface::{Options, Report};
 
 /// Extracts the zero set as closed polylines, their vertices on `f = 0` where a function is given. Where the zero set
 /// leaves the lattice it follows the lattice's rim.
 ///
 /// # Errors
-/// If the samples have one sign only.
+/// If no sample is negative.
 pub fn curve(
     samples: &LatticeSamples<2>,
     function: Option<&impl ImplicitFunction<2>>,
@@ -59,7 +59,7 @@ pub fn curve(
         }
     }
     if starts.is_empty() {
-        return Err(Error::Empty("outside"));
+        return Err(Error::Empty);
     }
     let mut loops = Vec::new();
     for start in starts {
@@ -68,7 +68,8 @@ pub fn curve(
         while let Some(following) = next.remove(&edge) {
             let (vertex, capped) = zero(samples, function, edge, options);
             report.capped += usize::from(capped);
-            cycle.push(vertex);
+            report.unreached += usize::from(!vertex.reached);
+            cycle.push(vertex.position);
             edge = following;
         }
         if !cycle.is_empty() {
@@ -81,21 +82,23 @@ pub fn curve(
 /// An edge of the lattice: its lower node and its axis.
 type Edge = ([usize; 2], usize);
 
+/// The zero on an edge, and whether it lies on a cap.
 fn zero(
     samples: &LatticeSamples<2>,
     function: Option<&impl ImplicitFunction<2>>,
     (node, axis): Edge,
     options: &Options,
-) -> ([f64; 2], bool) {
+) -> (Zero<2>, bool) {
     let mut other = node;
     other[axis] += 1;
     let (within, without) = if samples.value(&node) < 0.0 { (node, other) } else { (other, node) };
     let ends = [within, without].map(|node| samples.position(&node));
     if samples.is_outer(&without) {
-        return (std::array::from_fn(|axis| 0.5 * (ends[0][axis] + ends[1][axis])), true);
+        let position = std::array::from_fn(|axis| 0.5 * (ends[0][axis] + ends[1][axis]));
+        return (Zero { position, reached: true }, true);
     }
     let values = [within, without].map(|node| samples.value(&node));
-    (on_segment(function, &ends[0], &ends[1], values, options.newton_steps), false)
+    (on_segment(function, &ends[0], &ends[1], values, options), false)
 }
 
 #[cfg(test)]
@@ -137,7 +140,7 @@ mod tests {
     #[test]
     fn one_sign_is_an_error() {
         let samples = LatticeSamples::new(axes(3), ArrayD::ones(vec![3, 3])).unwrap();
-        assert_eq!(curve(&samples, None::<&Ring>, &Options::default()).unwrap_err(), Error::Empty("outside"));
+        assert_eq!(curve(&samples, None::<&Ring>, &Options::default()).unwrap_err(), Error::Empty);
     }
 
     proptest! {

@@ -24,10 +24,12 @@ pub enum Error {
     /// A sample is NaN or infinite.
     #[error("the sample at node {0:?} is not a finite number: does the lattice leave the function's box?")]
     NotFinite(Vec<usize>),
-    /// The function has one sign on the whole lattice.
-    #[error("the function does not change its sign on the lattice: there is no zero set (all {0})")]
-    Empty(&'static str),
+    /// No sample is negative, so nothing is inside.
+    #[error(
+        "no sample on the lattice is negative, so there is no zero set: is the inside f < 0, and does the lattice cover it?"
+    )]
+    Empty,
     /// More vertices than an index can name.
-    #[error("the mesh would have more than 4 294 967 295 vertices: use a coarser lattice")]
+    #[error("the mesh would have more than 2 147 483 647 vertices: use a coarser lattice")]
     TooLarge,
 }

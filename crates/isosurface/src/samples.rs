@@ -57,7 +57,7 @@ impl<const D: usize> LatticeSamples<D> {
                     x[axis] = axes[axis][flat % shape[axis]];
                     flat /= shape[axis];
                 }
-                function.value_and_gradient(&x).0
+                function.value(&x)
             })
             .collect();
         // One value was made per node.

@@ -1,7 +1,6 @@
 //! From samples to a triangle mesh.
 
 use rayon::prelude::*;
-use serde::Serialize;
 
 use crate::cell::{contour, edge_corners, loops};
 use crate::cell_mesh::CellMesh;
@@ -9,85 +8,64 @@ use crate::error::Error;
 use crate::function::ImplicitFunction;
 use crate::interior::{Interior, interior};
 use crate::mesh::TriMesh;
-use crate::root::{near, on_segment};
+use crate::options::{Options, Report};
+use crate::root::{Zero, near, on_segment};
 use crate::samples::LatticeSamples;
 
-/// Settings of [`surface`] and [`curve`](crate::curve).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Options {
-    /// Most Newton steps per vertex; they end as soon as a vertex stands still to rounding.
-    pub newton_steps: usize,
-}
-
-impl Default for Options {
-    fn default() -> Self {
-        Self { newton_steps: 40 }
-    }
-}
-
-/// What an extraction found.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
-pub struct Report {
-    /// Cells (squares in 2D) that the zero set passes through.
-    pub cells: usize,
-    /// Cells with two loops joined by a tunnel; squares in 2D where the asymptotic decider was asked.
-    pub ambiguous: usize,
-    /// Cells whose interior could not be decided; their loops were closed by discs.
-    pub unclear: usize,
-    /// Vertices on caps, where the zero set leaves the lattice.
-    pub capped: usize,
-}
-
 /// Extracts the zero set. With a function its vertices are moved onto `f = 0` and get `∇f / ‖∇f‖` as normals; without, they
-/// come from linear interpolation and the triangles.
+/// come from linear interpolation and the triangles. Where the zero set leaves the lattice it is closed by a cap a
+/// thousandth of a cell outside.
 ///
 /// # Errors
-/// If the samples have one sign only, or there are too many vertices.
+/// If no sample is negative, or there are too many vertices.
 pub fn surface(
     samples: &LatticeSamples<3>,
     function: Option<&impl ImplicitFunction<3>>,
     options: &Options,
 ) -> Result<(TriMesh, Report), Error> {
     let grid = Grid::new(samples)?;
-    let layers: Vec<Vec<(u64, [f64; 3], bool)>> =
+    let layers: Vec<Vec<(usize, Vertex)>> =
         (0..grid.shape[0]).into_par_iter().map(|i| grid.cut_edges(i, function, options)).collect();
-    let mut report = Report::default();
-    let mut keys = Vec::new();
-    let mut vertices = Vec::new();
-    for (key, position, capped) in layers.into_iter().flatten() {
-        keys.push(key);
-        vertices.push(position);
-        report.capped += usize::from(capped);
-    }
+    let (keys, mut vertices): (Vec<usize>, Vec<Vertex>) = layers.into_iter().flatten().unzip();
 
     let parts: Vec<Part> =
         (0..grid.shape[0] - 1).into_par_iter().map(|i| grid.cells(i, &keys, &vertices, function, options)).collect();
     let inner: usize = parts.iter().map(|part| part.inner.len()).sum();
-    if u32::try_from(vertices.len() + inner).is_err() {
+    if vertices.len() + inner > INNER as usize {
         return Err(Error::TooLarge);
     }
+    let mut report = Report::default();
     let mut triangles = Vec::with_capacity(parts.iter().map(|part| part.triangles.len()).sum());
     for part in parts {
         let base = vertices.len() as u32;
         vertices.extend(part.inner);
-        // Inner vertices are numbered from the top downwards until their place is known.
         let place = |vertex: u32| if vertex > INNER { base + (u32::MAX - vertex) } else { vertex };
         triangles.extend(part.triangles.iter().map(|triangle| triangle.map(place)));
         report.cells += part.report.cells;
         report.ambiguous += part.report.ambiguous;
         report.unclear += part.report.unclear;
     }
+    report.capped = vertices.iter().filter(|vertex| vertex.capped).count();
+    report.unreached = vertices.iter().filter(|vertex| !vertex.zero.reached).count();
     let normals = normals(&vertices, &triangles, function);
+    let vertices = vertices.into_iter().map(|vertex| vertex.zero.position).collect();
     Ok((TriMesh { vertices, normals, triangles }, report))
 }
 
-/// Numbers above this are inner vertices of a layer, counted down from `u32::MAX`.
+/// Numbers above this are inner vertices of a layer, counted down from `u32::MAX` until their place is known.
 const INNER: u32 = u32::MAX / 2;
+
+#[derive(Clone, Copy)]
+struct Vertex {
+    zero: Zero<3>,
+    /// Whether it lies on a cap, where there is no f = 0.
+    capped: bool,
+}
 
 /// One layer of cells.
 #[derive(Default)]
 struct Part {
-    inner: Vec<[f64; 3]>,
+    inner: Vec<Vertex>,
     triangles: Vec<[u32; 3]>,
     report: Report,
 }
@@ -95,6 +73,7 @@ struct Part {
 struct Grid<'a> {
     samples: &'a LatticeSamples<3>,
     shape: [usize; 3],
+    /// Nodes with f < 0.
     inside: Vec<bool>,
 }
 
@@ -107,8 +86,8 @@ impl<'a> Grid<'a> {
             .map(|flat| samples.value(&[flat / plane, flat / shape[2] % shape[1], flat % shape[2]]) < 0.0)
             .collect();
         // The layer around the lattice is outside.
-        if !inside.iter().any(|&inside| inside) {
-            return Err(Error::Empty("outside"));
+        if !inside.contains(&true) {
+            return Err(Error::Empty);
         }
         Ok(Self { samples, shape, inside })
     }
@@ -117,8 +96,9 @@ impl<'a> Grid<'a> {
         (node[0] * self.shape[1] + node[1]) * self.shape[2] + node[2]
     }
 
-    fn key(&self, node: &[usize; 3], axis: usize) -> u64 {
-        3 * self.flat(node) as u64 + axis as u64
+    /// The number of an edge, by its lower node and its axis.
+    fn key(&self, node: &[usize; 3], axis: usize) -> usize {
+        3 * self.flat(node) + axis
     }
 
     /// The zeros on the edges that begin in one layer of nodes, in ascending order of their keys.
@@ -127,7 +107,7 @@ impl<'a> Grid<'a> {
         i: usize,
         function: Option<&impl ImplicitFunction<3>>,
         options: &Options,
-    ) -> Vec<(u64, [f64; 3], bool)> {
+    ) -> Vec<(usize, Vertex)> {
         let mut cut = Vec::new();
         for j in 0..self.shape[1] {
             for k in 0..self.shape[2] {
@@ -142,14 +122,15 @@ impl<'a> Grid<'a> {
                     let (within, without) = if inside { (node, other) } else { (other, node) };
                     let ends = [within, without].map(|node| self.samples.position(&node));
                     let capped = self.samples.is_outer(&without);
-                    let position = if capped {
+                    let zero = if capped {
                         // The middle of the short edge across the lattice's face.
-                        std::array::from_fn(|axis| 0.5 * (ends[0][axis] + ends[1][axis]))
+                        let position = std::array::from_fn(|axis| 0.5 * (ends[0][axis] + ends[1][axis]));
+                        Zero { position, reached: true }
                     } else {
                         let values = [within, without].map(|node| self.samples.value(&node));
-                        on_segment(function, &ends[0], &ends[1], values, options.newton_steps)
+                        on_segment(function, &ends[0], &ends[1], values, options)
                     };
-                    cut.push((self.key(&node, axis), position, capped));
+                    cut.push((self.key(&node, axis), Vertex { zero, capped }));
                 }
             }
         }
@@ -160,24 +141,31 @@ impl<'a> Grid<'a> {
     fn cells(
         &self,
         i: usize,
-        keys: &[u64],
-        vertices: &[[f64; 3]],
+        keys: &[usize],
+        vertices: &[Vertex],
         function: Option<&impl ImplicitFunction<3>>,
         options: &Options,
     ) -> Part {
         let mut part = Part::default();
         let mut mesh = CellMesh::default();
         // All edges of this layer's cells begin in these two layers of nodes.
-        let first = keys.partition_point(|&key| key < self.key(&[i, 0, 0], 0));
-        let last = keys.partition_point(|&key| key < self.key(&[i + 2, 0, 0], 0));
-        let keys = &keys[first..last];
+        let lowest = self.key(&[i, 0, 0], 0);
+        let beyond = self.key(&[i + 2, 0, 0], 0);
+        let first = keys.partition_point(|&key| key < lowest);
+        let last = keys.partition_point(|&key| key < beyond);
+        let mut vertex_of = vec![0u32; beyond - lowest];
+        for (at, &key) in keys.iter().enumerate().take(last).skip(first) {
+            vertex_of[key - lowest] = at as u32;
+        }
+        let corner_steps: [usize; 8] = std::array::from_fn(|c| self.flat(&[c & 1, c >> 1 & 1, c >> 2]));
         for j in 0..self.shape[1] - 1 {
             for k in 0..self.shape[2] - 1 {
-                let corner = |c: usize| [i + (c & 1), j + (c >> 1 & 1), k + (c >> 2)];
-                let count = (0..8).filter(|&c| self.inside[self.flat(&corner(c))]).count();
-                if count == 0 || count == 8 {
+                let base = self.flat(&[i, j, k]);
+                let inside = self.inside[base];
+                if corner_steps.iter().all(|step| self.inside[base + step] == inside) {
                     continue;
                 }
+                let corner = |c: usize| [i + (c & 1), j + (c >> 1 & 1), k + (c >> 2)];
                 let values: [f64; 8] = std::array::from_fn(|c| self.samples.value(&corner(c)));
                 let next = contour(&values);
                 let cycles = loops(&next);
@@ -190,18 +178,20 @@ impl<'a> Grid<'a> {
                 let mut positions = [[0.0; 3]; 12];
                 for edge in (0..12).filter(|&edge| next[edge].is_some()) {
                     let key = self.key(&corner(edge_corners(edge)[0]), edge / 4);
-                    let at = first + keys.partition_point(|&other| other < key);
-                    index[edge] = at as u32;
-                    positions[edge] = vertices[at];
+                    index[edge] = vertex_of[key - lowest];
+                    positions[edge] = vertices[index[edge] as usize].zero.position;
                 }
                 mesh.clear();
                 mesh.fill(&cycles, decision, &positions);
                 let base = part.inner.len() as u32;
                 let ends = [corner(0), corner(7)].map(|node| self.samples.position(&node));
-                let within = (0..8).all(|c| !self.samples.is_outer(&corner(c)));
-                part.inner.extend(mesh.inner.iter().map(|&start| match function {
-                    Some(function) if within => near(function, start, &ends[0], &ends[1], options.newton_steps),
-                    _ => start,
+                let capped = (0..8).any(|c| self.samples.is_outer(&corner(c)));
+                part.inner.extend(mesh.inner.iter().map(|&start| {
+                    let zero = match function {
+                        Some(function) if !capped => near(function, start, &ends[0], &ends[1], options),
+                        _ => Zero { position: start, reached: true },
+                    };
+                    Vertex { zero, capped }
                 }));
                 let place = |v: u8| if v < 12 { index[usize::from(v)] } else { u32::MAX - (base + u32::from(v) - 12) };
                 part.triangles.extend(mesh.triangles.iter().map(|triangle| triangle.map(place)));
@@ -213,14 +203,10 @@ impl<'a> Grid<'a> {
 
 /// `∇f / ‖∇f‖`, or where that is not known (on caps, or without a function) the mean of the triangles around, weighted by
 /// area.
-fn normals(
-    vertices: &[[f64; 3]],
-    triangles: &[[u32; 3]],
-    function: Option<&impl ImplicitFunction<3>>,
-) -> Vec<[f64; 3]> {
+fn normals(vertices: &[Vertex], triangles: &[[u32; 3]], function: Option<&impl ImplicitFunction<3>>) -> Vec<[f64; 3]> {
     let mut sums = vec![[0.0; 3]; vertices.len()];
     for triangle in triangles {
-        let [a, b, c] = triangle.map(|v| vertices[v as usize]);
+        let [a, b, c] = triangle.map(|v| vertices[v as usize].zero.position);
         let (u, v): ([f64; 3], [f64; 3]) = (std::array::from_fn(|k| b[k] - a[k]), std::array::from_fn(|k| c[k] - a[k]));
         for vertex in triangle {
             for k in 0..3 {
@@ -236,7 +222,8 @@ fn normals(
         .par_iter()
         .zip(sums)
         .map(|(vertex, sum)| {
-            let gradient = function.and_then(|function| unit(function.value_and_gradient(vertex).1));
+            let function = function.filter(|_| !vertex.capped);
+            let gradient = function.and_then(|function| unit(function.value_and_gradient(&vertex.zero.position).1));
             gradient.or_else(|| unit(sum)).unwrap_or([0.0, 0.0, 1.0])
         })
         .collect()
