@@ -1,1 +1,1 @@
-//! End-to-end tests of zeroset: see `tests/tests`.
+//! End-to-end tests of zeroset on the fixtures: see `tests/tests`.

@@ -51,6 +51,7 @@ mod reconstruct;
 mod report;
 mod sign;
 mod spacing;
+mod winding;
 
 pub use domain::Domain;
 pub use error::{InputError, ReconstructError};
@@ -63,6 +64,7 @@ pub use report::{
 };
 pub use sign::{SignReport, synthesize};
 pub use spacing::Spacing;
+pub use winding::sign_field;
 
 pub use zeroset_bspline as bspline;
 pub use zeroset_eikonal_sweep as eikonal_sweep;

@@ -17,6 +17,7 @@ use crate::options::{Options, Topology};
 use crate::report::{DistanceReport, FrameReport, InputReport, REPORT_VERSION, Report, StageFigures, StageReport};
 use crate::sign::synthesize;
 use crate::spacing::Spacing;
+use crate::winding::sign_field;
 
 /// What a reconstruction leaves: the function, the points that it belongs to, and the report.
 #[derive(Debug, Clone)]
@@ -62,7 +63,8 @@ pub fn reconstruct<const D: usize>(
     // Data support the zero set where they lie within a cell and a spacing of both ends of a lattice edge.
     let reach = 1.5 * cell.max(spacing.typical) + cell;
     let phi = road.stage(|| {
-        let (phi, report) = synthesize(&f_hat.sample(&nodes, [0; D]), &distance, reach);
+        let field = sign_field(&f_hat, &distinct, &spacing, &domain, halvings, &distance);
+        let (phi, report) = synthesize(&field, &distance, reach);
         Ok((phi, StageFigures::Sign(report)))
     })?;
 

@@ -22,6 +22,8 @@ pub struct SignReport {
 /// this makes must go. A region of one sign stays if data lie along at least half of its boundary; the faces of the box
 /// count as outside. `reach` is the distance within which data support a boundary.
 ///
+/// `f_hat` is whatever the sign is taken from, usually [`sign_field`](crate::sign_field).
+///
 /// Both arrays hold one value per lattice node, axis order x, y\[, z\]; `distance` is `d`.
 pub fn synthesize(f_hat: &ArrayD<f64>, distance: &ArrayD<f64>, reach: f64) -> (ArrayD<f64>, SignReport) {
     let mut regions = Regions::new(f_hat, distance, reach);

@@ -1,0 +1,170 @@
+//! The command as a user meets it: outputs that other programs can read, and an answer to every bad input.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use assert_cmd::Command;
+use ndarray::{ArrayD, IxDyn, OwnedRepr};
+use ndarray_npy::NpzReader;
+use serde_json::Value;
+use tempfile::TempDir;
+
+fn zeroset() -> Command {
+    Command::new(assert_cmd::cargo::cargo_bin!("zeroset"))
+}
+
+fn fixture(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/points").join(name)
+}
+
+/// A folder for one test, with a circle of 60 points in it.
+fn folder() -> (TempDir, PathBuf) {
+    let folder = TempDir::new().unwrap();
+    let points = folder.path().join("circle.xy");
+    let line = |i: i32| {
+        let (s, c) = (f64::from(i) * std::f64::consts::TAU / 60.0).sin_cos();
+        format!("{c} {s}\n")
+    };
+    fs::write(&points, (0..60).map(line).collect::<String>()).unwrap();
+    (folder, points)
+}
+
+/// Runs `reconstruct` on a file that must be refused; returns what the user is told.
+fn refused(points: &Path, output: &Path, code: i32) -> String {
+    let run = zeroset().arg("reconstruct").arg(points).arg("-o").arg(output).assert().code(code);
+    let text = String::from_utf8(run.get_output().stderr.clone()).unwrap();
+    assert!(text.starts_with("error: ") || text.contains("\nerror: "), "{text}");
+    assert!(!text.contains("panicked"), "{text}");
+    assert!(!output.exists(), "nothing half-written");
+    text
+}
+
+#[test]
+fn a_circle_in_every_format() {
+    let (folder, points) = folder();
+    let path = |name: &str| folder.path().join(name);
+    let mut command = zeroset();
+    command.arg("reconstruct").arg(&points);
+    for name in ["circle.svg", "circle.json", "circle.npz", "circle.npy", "circle.exr"] {
+        command.arg("-o").arg(path(name));
+    }
+    command.arg("--oriented").arg(path("oriented.ply")).arg("--report").arg(path("report.json")).assert().success();
+
+    let curves: Value = serde_json::from_slice(&fs::read(path("circle.json")).unwrap()).unwrap();
+    let loops: Vec<Vec<[f64; 2]>> = serde_json::from_value(curves["curves"].clone()).unwrap();
+    assert_eq!(loops.len(), 1);
+    // Sixty points, a tenth apart: a thousandth of the radius is far above what the spline leaves.
+    assert!(loops[0].iter().all(|p| (p[0].hypot(p[1]) - 1.0).abs() < 1e-3));
+    assert!(fs::read_to_string(path("circle.svg")).unwrap().starts_with("<"));
+
+    let report: Value = serde_json::from_slice(&fs::read(path("report.json")).unwrap()).unwrap();
+    let stages: Vec<&str> = report["stages"].as_array().unwrap().iter().map(|s| s["stage"].as_str().unwrap()).collect();
+    assert_eq!(stages, ["topology", "distance", "sign", "initial-shape", "refinement", "extraction"]);
+    assert_eq!(report["input"]["points"], 60);
+    assert_eq!(report["stages"][5]["topology"]["loops"], 1);
+    assert!(report["stages"].as_array().unwrap().iter().all(|s| s["seconds"].as_f64().unwrap() >= 0.0));
+}
+
+#[test]
+fn a_saved_spline_is_evaluated_where_it_was_fitted() {
+    let (folder, points) = folder();
+    let (spline, table) = (folder.path().join("f.npz"), folder.path().join("values.csv"));
+    zeroset().args(["-q", "reconstruct"]).arg(&points).arg("-o").arg(&spline).assert().success().stderr("");
+    zeroset().args(["-q", "eval"]).arg(&spline).arg(&points).arg("-o").arg(&table).assert().success();
+    let text = fs::read_to_string(&table).unwrap();
+    assert_eq!(text.lines().next().unwrap(), "x,y,f,fx,fy,fxx,fxy,fyy", "point, value, gradient, Hessian");
+    for line in text.lines().skip(1) {
+        let row: Vec<f64> = line.split(',').map(|v| v.parse().unwrap()).collect();
+        // On the curve f vanishes up to the fit's residual, and the gradient points outward.
+        assert!(row[2].abs() < 1e-3 && row[3] * row[0] + row[4] * row[1] > 0.9, "{line}");
+    }
+    let mut archive = NpzReader::new(fs::File::open(&spline).unwrap()).unwrap();
+    let coefficients: ArrayD<f64> = archive.by_name::<OwnedRepr<f64>, IxDyn>("coefficients").unwrap();
+    let knots: ArrayD<f64> = archive.by_name::<OwnedRepr<f64>, IxDyn>("knots_x").unwrap();
+    assert_eq!(knots.len(), coefficients.shape()[0] + 4, "cubic");
+    zeroset().arg("info").arg(&spline).assert().success();
+    zeroset().arg("info").arg(&points).assert().success();
+}
+
+#[test]
+fn a_surface_becomes_a_mesh() {
+    let folder = TempDir::new().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    let mut command = zeroset();
+    command.arg("reconstruct").arg(fixture("double_torus.ply")).args(["--resolution", "24", "--no-refine"]);
+    command.arg("-o").arg(path("a.ply")).arg("-o").arg(path("a.obj")).arg("-o").arg(path("a.exr")).assert().success();
+    assert!(fs::read(path("a.ply")).unwrap().starts_with(b"ply\n"));
+    let text = fs::read_to_string(path("a.obj")).unwrap();
+    let (vertices, faces) =
+        (text.lines().filter(|l| l.starts_with("v ")).count(), text.lines().filter(|l| l.starts_with("f ")).count());
+    // V − E + T = −2 for genus 2, and 2 E = 3 T.
+    assert_eq!(vertices as i64 - faces as i64 / 2, -2);
+}
+
+#[test]
+fn files_that_cannot_be_read() {
+    let (folder, _) = folder();
+    let out = folder.path().join("out.json");
+    let file = |name: &str, content: &str| {
+        let path = folder.path().join(name);
+        fs::write(&path, content).unwrap();
+        path
+    };
+    assert!(refused(&folder.path().join("missing.xy"), &out, 3).contains("missing.xy"));
+    assert!(refused(folder.path(), &out, 2).contains("extension"), "a folder has no extension of a points file");
+    assert!(refused(&file("empty.xy", ""), &out, 3).contains("empty.xy"));
+    assert!(refused(&file("nan.xy", "0 1\n1 nan\n1 1\n2 0\n"), &out, 3).contains("line 2"));
+    assert!(refused(&file("columns.xy", "0 1\n1 2 3\n"), &out, 3).contains("line 2"));
+    assert!(refused(&file("five.xyz", "0 1 2 3 4\n"), &out, 3).contains("5"));
+    assert!(refused(&file("points.docx", "0 1\n"), &out, 2).contains("docx"));
+    assert!(refused(&file("points.xyy", "0 1\n"), &out, 2).contains("did you mean"));
+    assert!(refused(&file("cut.ply", "ply\nformat ascii 1.0\nelement vertex 9\n"), &out, 3).contains("cut.ply"));
+}
+
+#[test]
+fn points_without_a_shape() {
+    let (folder, _) = folder();
+    let (curve, mesh) = (folder.path().join("out.json"), folder.path().join("out.ply"));
+    let file = |name: &str, line: &dyn Fn(i32) -> String| {
+        let path = folder.path().join(name);
+        fs::write(&path, (0..30).map(line).collect::<String>()).unwrap();
+        path
+    };
+    let one = folder.path().join("one.xy");
+    fs::write(&one, "1 2\n").unwrap();
+    assert!(refused(&one, &curve, 3).contains("1 points are too few"));
+    assert!(refused(&file("equal.xy", &|_| "3 4\n".into()), &curve, 3).contains("equal"));
+    assert!(refused(&file("line.xy", &|i| format!("{i} {}\n", 2 * i)), &curve, 3).contains("line"));
+    assert!(refused(&file("line.xyz", &|i| format!("{i} {} 5\n", 2 * i)), &mesh, 3).contains("line or plane"));
+    assert!(refused(&file("plane.xyz", &|i| format!("{i} {} {}\n", i * i, 3 * i - 2)), &mesh, 3).contains("plane"));
+    assert!(refused(&file("pair.xy", &|i| format!("{} 0\n", i % 2)), &curve, 3).contains("2 of the points"));
+}
+
+#[test]
+fn outputs_that_cannot_be_written() {
+    let (folder, points) = folder();
+    let text = refused(&points, &folder.path().join("no/such/folder/out.json"), 5);
+    assert!(text.contains("does not exist"), "{text}");
+    assert!(refused(&points, &folder.path().join("out.jsn"), 2).contains("did you mean .json?"));
+    assert!(refused(&points, &folder.path().join("out.ply"), 2).contains("two columns"));
+    fs::create_dir(folder.path().join("taken.json")).unwrap();
+    zeroset().arg("reconstruct").arg(&points).arg("-o").arg(folder.path().join("taken.json")).assert().code(5);
+}
+
+#[test]
+fn wrong_usage() {
+    let (folder, points) = folder();
+    let out = folder.path().join("out.json");
+    let run = |arguments: &[&str]| {
+        zeroset().arg("reconstruct").arg(&points).arg("-o").arg(&out).args(arguments).assert().code(2)
+    };
+    run(&["--resolution", "3"]);
+    run(&["--degree", "9"]);
+    run(&["--smooth", "-1"]);
+    run(&["--no-such-option"]);
+    run(&["--threads", "0"]);
+    assert!(!out.exists());
+    zeroset().assert().code(2);
+    zeroset().arg("reconstruct").arg(&points).assert().code(2);
+    zeroset().arg("--help").assert().success();
+}
