@@ -33,13 +33,38 @@ pub(crate) fn face_corners(face: usize) -> [usize; 4] {
     if side == 1 { [base, base | b, base | b | c, base | c] } else { [base, base | c, base | b | c, base | b] }
 }
 
-/// How the positive corners of a face are joined: only for faces with alternating signs is there a question.
+/// Whether the positive corners of a face with alternating signs are joined to each other.
 ///
-/// The asymptotic decider (Nielson and Hamann 1991): the positive corners are connected where the bilinear interpolant is
-/// positive at its saddle. Both cells at the face multiply the same pairs, so they decide alike to the last bit.
+/// The asymptotic decider (Nielson and Hamann 1991): they are where the bilinear interpolant is positive at its saddle. Both
+/// cells at the face multiply the same pairs, so they decide alike to the last bit.
 pub(crate) fn positives_joined(values: [f64; 4]) -> bool {
-    let (first, second) = (values[0] * values[2], values[1] * values[3]);
-    if values[0] >= 0.0 { first > second } else { second > first }
+    let scale = power_of_two_below(&values);
+    let v = values.map(|v| v / scale);
+    let (first, second) = (v[0] * v[2], v[1] * v[3]);
+    if v[0] >= 0.0 { first > second } else { second > first }
+}
+
+/// The power of two at or below the largest magnitude: dividing by it is exact, and products neither overflow nor vanish.
+pub(crate) fn power_of_two_below(values: &[f64]) -> f64 {
+    let largest = values.iter().fold(f64::MIN_POSITIVE, |m, v| m.max(v.abs()));
+    const EXPONENT: u64 = 0x7ff0_0000_0000_0000;
+    f64::from_bits(largest.to_bits() & EXPONENT)
+}
+
+/// The contour on a face: up to two steps from cut edge to cut edge, with f > 0 on their left seen from outside the cell.
+fn face_segments(face: usize, values: &[f64; 8]) -> impl Iterator<Item = [usize; 2]> {
+    let corners = face_corners(face);
+    let v = corners.map(|c| values[c]);
+    let leaves = move |k: usize| v[k % 4] >= 0.0 && v[(k + 1) % 4] < 0.0;
+    let enters = move |k: &usize| v[k % 4] < 0.0 && v[(k + 1) % 4] >= 0.0;
+    let edge = move |k: usize| edge_between(corners[k % 4], corners[(k + 1) % 4]);
+    // From where the face's rim leaves the positive corners to where it enters them: back around the same run of positive
+    // corners if these are apart, on around the negative run if they are joined.
+    let ahead = (0..4).filter(|&k| leaves(k)).count() == 2 && positives_joined(v);
+    (0..4).filter(move |&k| leaves(k)).filter_map(move |leave| {
+        let step = |step: usize| if ahead { leave + step } else { leave + 4 - step };
+        (1..4).map(step).find(enters).map(|enter| [edge(leave), edge(enter)])
+    })
 }
 
 /// The contour on the cell's surface: `next[e]` is the edge to which the contour goes on from cut edge `e`, with f > 0 on
@@ -47,23 +72,8 @@ pub(crate) fn positives_joined(values: [f64; 4]) -> bool {
 pub(crate) fn contour(values: &[f64; 8]) -> [Option<u8>; 12] {
     let mut next = [None; 12];
     for face in 0..6 {
-        let corners = face_corners(face);
-        let v = corners.map(|c| values[c]);
-        let edge = |k: usize| edge_between(corners[k % 4], corners[(k + 1) % 4]);
-        let positive = |k: usize| v[k % 4] >= 0.0;
-        let leaves: Vec<usize> = (0..4).filter(|&k| positive(k) && !positive(k + 1)).collect();
-        // From where the face's rim leaves the positive corners to where it enters them: back around the same run of
-        // positive corners if these are apart, on around the negative run if they are joined.
-        let ahead = leaves.len() == 2 && positives_joined(v);
-        for &leave in &leaves {
-            let enter = if ahead {
-                (1..4).map(|step| leave + step).find(|&k| !positive(k) && positive(k + 1))
-            } else {
-                (1..4).map(|step| leave + 4 - step).find(|&k| !positive(k) && positive(k + 1))
-            };
-            if let Some(enter) = enter {
-                next[edge(leave)] = Some(edge(enter) as u8);
-            }
+        for [from, to] in face_segments(face, values) {
+            next[from] = Some(to as u8);
         }
     }
     next
@@ -95,6 +105,8 @@ pub(crate) fn loops(next: &[Option<u8>; 12]) -> Vec<Vec<usize>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::array::{uniform4, uniform8};
+    use proptest::prelude::*;
 
     #[test]
     fn edges_and_faces_fit_together() {
@@ -113,6 +125,36 @@ mod tests {
             let (u, v) = (d(1), d(2));
             let n = [0, 1, 2].map(|a| u[(a + 1) % 3] * v[(a + 2) % 3] - u[(a + 2) % 3] * v[(a + 1) % 3]);
             assert_eq!(n[face / 2], if face % 2 == 1 { 1 } else { -1 });
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn neighbours_draw_the_same_contour_on_their_face(
+            shared in uniform4(-3i8..=3), rest in uniform8(-1.0..1.0f64), axis in 0usize..3,
+        ) {
+            // The neighbours' shared corners, by the bits along the two other axes; small integers make ties.
+            let bits = |c: usize| (c >> ((axis + 1) % 3) & 1) | ((c >> ((axis + 2) % 3) & 1) << 1);
+            let on_upper = |c: usize| c >> axis & 1 == 1;
+            let first = std::array::from_fn(|c| if on_upper(c) { 0.1 * f64::from(shared[bits(c)]) } else { rest[c] });
+            let second = std::array::from_fn(|c| if on_upper(c) { rest[c] } else { 0.1 * f64::from(shared[bits(c)]) });
+            // The edge of the second cell as the first one names it.
+            let seen = |edge: usize| {
+                let [a, b] = edge_corners(edge);
+                edge_between(a | 1 << axis, b | 1 << axis)
+            };
+            let mut ours: Vec<[usize; 2]> = face_segments(2 * axis + 1, &first).collect();
+            let mut theirs: Vec<[usize; 2]> =
+                face_segments(2 * axis, &second).map(|[from, to]| [seen(to), seen(from)]).collect();
+            ours.sort_unstable();
+            theirs.sort_unstable();
+            prop_assert_eq!(ours, theirs);
+        }
+
+        #[test]
+        fn contours_do_not_depend_on_the_scale(values in uniform8(-1.0..1.0f64), exponent in -900i32..1000) {
+            let scaled = values.map(|v| v * 2f64.powi(exponent));
+            prop_assert_eq!(contour(&values), contour(&scaled));
         }
     }
 

@@ -113,3 +113,82 @@ fn mean(points: impl Iterator<Item = [f64; 3]>) -> [f64; 3] {
 fn distance(a: &[f64; 3], b: &[f64; 3]) -> f64 {
     (0..3).map(|axis| (a[axis] - b[axis]).powi(2)).sum::<f64>().sqrt()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cell::{contour, edge_corners, loops};
+    use crate::interior::interior;
+    use proptest::array::uniform8;
+    use proptest::prelude::*;
+    use std::collections::{BTreeMap, BTreeSet};
+
+    fn mesh_of(values: &[f64; 8]) -> (CellMesh, Vec<Vec<usize>>, Interior) {
+        let loops = loops(&contour(values));
+        let decision = interior(values, &loops);
+        let positions = std::array::from_fn(|edge| {
+            let [a, b] = edge_corners(edge);
+            let t = values[a] / (values[a] - values[b]);
+            std::array::from_fn(|axis| (a >> axis & 1) as f64 + if axis == edge / 4 { t } else { 0.0 })
+        });
+        let mut mesh = CellMesh::default();
+        mesh.fill(&loops, decision, &positions);
+        (mesh, loops, decision)
+    }
+
+    /// What a cell owes its neighbours and itself.
+    fn check(values: &[f64; 8]) -> Result<bool, TestCaseError> {
+        let (mesh, loops, decision) = mesh_of(values);
+        let mut directed: BTreeMap<(u8, u8), usize> = BTreeMap::new();
+        for &[a, b, c] in &mesh.triangles {
+            for edge in [(a, b), (b, c), (c, a)] {
+                *directed.entry(edge).or_default() += 1;
+            }
+        }
+        prop_assert!(directed.values().all(|&count| count == 1));
+        // The rim is the contour, and nothing else.
+        let rim: BTreeSet<(u8, u8)> =
+            directed.keys().filter(|&&(a, b)| !directed.contains_key(&(b, a))).copied().collect();
+        let steps = |cycle: &Vec<usize>| {
+            let next: Vec<u8> = cycle.iter().cycle().skip(1).take(cycle.len()).map(|&e| e as u8).collect();
+            cycle.iter().map(|&e| e as u8).zip(next).collect::<Vec<_>>()
+        };
+        prop_assert_eq!(&rim, &loops.iter().flat_map(steps).collect());
+        // A chord on a face could be made by the neighbour too.
+        for &(a, b) in directed.keys().filter(|edge| !rim.contains(edge) && !rim.contains(&(edge.1, edge.0))) {
+            let on_face = a < 12 && b < 12 && edge_faces(usize::from(a)) & edge_faces(usize::from(b)) != 0;
+            prop_assert!(!on_face, "{a} {b}");
+        }
+        // Discs have Euler number 1 each; a tunnel, 0 instead of 2.
+        let vertices: BTreeSet<u8> = mesh.triangles.iter().flatten().copied().collect();
+        let edges = (directed.len() + rim.len()) / 2;
+        let tunnel = matches!(decision, Interior::Tunnel(..));
+        let euler = vertices.len() as i64 - edges as i64 + mesh.triangles.len() as i64;
+        prop_assert_eq!(euler, loops.len() as i64 - 2 * i64::from(tunnel));
+        prop_assert!(mesh.inner.iter().flatten().all(|&x| x > 0.0 && x < 1.0), "new vertices are inside the cell");
+        Ok(tunnel)
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(64))]
+        #[test]
+        fn every_sign_pattern_is_filled_to_its_contour(magnitudes in uniform8(0.001..1.0f64)) {
+            for pattern in 1..255usize {
+                check(&std::array::from_fn(|c| if pattern >> c & 1 == 1 { magnitudes[c] } else { -magnitudes[c] }))?;
+            }
+        }
+    }
+
+    #[test]
+    fn tunnels_are_strips() {
+        for values in [
+            [2, -1, -1, -1, -1, -1, -1, 6],
+            [-4, 3, 3, -1, 2, -1, -1, -3],
+            [2, 2, -6, -1, -1, -5, 4, 4],
+            [1, -4, -4, 3, -4, 3, 3, -2],
+        ] {
+            let values = values.map(f64::from);
+            assert!(check(&values).unwrap() && check(&values.map(|v| -v)).unwrap(), "{values:?}");
+        }
+    }
+}

@@ -138,6 +138,43 @@ mod tests {
     }
 
     #[test]
+    fn the_area_of_a_ring_converges() {
+        let exact = std::f64::consts::PI * (0.81 - 0.09);
+        let errors = [30, 59, 117].map(|count| {
+            let samples = LatticeSamples::of(axes(count), &Ring).unwrap();
+            (curve(&samples, Some(&Ring), &Options::default()).unwrap().0.topology().area - exact).abs()
+        });
+        // Second order: a quarter for half the cell; 3 leaves room for where the cuts fall.
+        assert!(errors[0] > 3.0 * errors[1] && errors[1] > 3.0 * errors[2], "{errors:?}");
+    }
+
+    #[test]
+    fn a_saddle_is_decided_by_its_asymptotes() {
+        // Two inside corners across a square: one part where the inside is the stronger, two where the outside is.
+        for (inside, parts) in [(-2.0, 1), (-0.5, 2)] {
+            let values = ArrayD::from_shape_vec(vec![2, 2], vec![inside, 1.0, 1.0, inside]).unwrap();
+            let samples = LatticeSamples::new(axes(2), values).unwrap();
+            let (curves, report) = curve(&samples, None::<&Ring>, &Options::default()).unwrap();
+            let topology = curves.topology();
+            assert_eq!((topology.parts, topology.holes, report.ambiguous), (parts, 0, 1));
+        }
+    }
+
+    #[test]
+    fn what_leaves_the_lattice_follows_its_rim() {
+        // Only the ring's rim within |x|, |y| < 0.5 is on the lattice, and is closed along the square.
+        let axes = axes(41).map(|axis| axis.iter().map(|x| 0.5 * x / 1.03).collect());
+        let samples = LatticeSamples::of(axes, &Ring).unwrap();
+        let (curves, report) = curve(&samples, Some(&Ring), &Options::default()).unwrap();
+        let topology = curves.topology();
+        assert_eq!((topology.parts, topology.holes), (1, 1));
+        assert!(report.capped > 0 && report.unreached == 0);
+        // A square of side 1 less a disc of radius 0.3; caps stick out by 1e-3 of a cell of 0.025 and are chamfered at the
+        // corners by as much, chords of 0.025 err by (0.025 / 0.3)² / 6.
+        assert!((topology.area - (1.0 - std::f64::consts::PI * 0.09)).abs() < 1e-3, "{topology:?}");
+    }
+
+    #[test]
     fn one_sign_is_an_error() {
         let samples = LatticeSamples::new(axes(3), ArrayD::ones(vec![3, 3])).unwrap();
         assert_eq!(curve(&samples, None::<&Ring>, &Options::default()).unwrap_err(), Error::Empty);

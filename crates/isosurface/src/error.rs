@@ -21,6 +21,12 @@ pub enum Error {
         /// The coordinate.
         index: usize,
     },
+    /// An axis is longer than arithmetic can hold.
+    #[error("axis {axis} is longer than 9e307: scale the coordinates")]
+    Extent {
+        /// The axis.
+        axis: usize,
+    },
     /// A sample is NaN or infinite.
     #[error("the sample at node {0:?} is not a finite number: does the lattice leave the function's box?")]
     NotFinite(Vec<usize>),

@@ -5,6 +5,8 @@ use serde::Serialize;
 use crate::union_find::UnionFind;
 
 /// A triangle mesh with shared vertices, counter-clockwise seen from outside.
+///
+/// Its methods panic if a triangle names a vertex that is not there.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct TriMesh {
     /// Positions, `V × 3`.
@@ -20,7 +22,7 @@ pub struct TriMesh {
 pub struct Topology {
     /// Connected components.
     pub components: usize,
-    /// V − E + T.
+    /// V − E + T, with V the vertices that triangles use.
     pub euler_characteristic: i64,
     /// Sum of the components' genera; meaningful for closed meshes.
     pub genus: i64,
@@ -72,11 +74,14 @@ impl TriMesh {
         edges.dedup();
 
         let mut sets = UnionFind::new(self.vertices.len());
-        let mut components = self.vertices.len();
+        let mut used: Vec<u32> = self.triangles.iter().flatten().copied().collect();
+        used.sort_unstable();
+        used.dedup();
+        let mut components = used.len();
         for &(a, b) in &edges {
             components -= usize::from(sets.join(a as usize, b as usize));
         }
-        let euler_characteristic = self.vertices.len() as i64 - edges.len() as i64 + self.triangles.len() as i64;
+        let euler_characteristic = used.len() as i64 - edges.len() as i64 + self.triangles.len() as i64;
         let non_manifold_vertices = self.split_vertices();
         let closed =
             boundary_edges == 0 && non_manifold_edges == 0 && non_manifold_vertices == 0 && !self.triangles.is_empty();
@@ -137,6 +142,10 @@ mod tests {
         let topology = mesh.topology();
         assert!(topology.closed);
         assert_eq!((topology.components, topology.euler_characteristic, topology.genus), (2, 4, 0));
+        // A vertex that no triangle uses is no component.
+        let mut loose = mesh.clone();
+        loose.vertices.push([9.0; 3]);
+        assert_eq!(loose.topology(), topology);
         // Two volumes of 1/6: rounding.
         assert!((mesh.enclosed_volume() - 1.0 / 3.0).abs() < 1e-14);
     }

@@ -21,8 +21,8 @@ impl<const D: usize> LatticeSamples<D> {
     /// Joins coordinates and values.
     ///
     /// # Errors
-    /// Shapes that do not fit, fewer than two coordinates on an axis, coordinates that do not increase, or values that are
-    /// not finite.
+    /// Shapes that do not fit, fewer than two coordinates on an axis, coordinates that do not increase or are too far apart,
+    /// or values that are not finite.
     pub fn new(axes: [Vec<f64>; D], values: ArrayD<f64>) -> Result<Self, Error> {
         let lengths = axes.each_ref().map(Vec::len);
         if values.shape() != lengths || lengths.iter().any(|&n| n < 2) {
@@ -32,6 +32,10 @@ impl<const D: usize> LatticeSamples<D> {
             let fault = |i: usize| !positions[i].is_finite() || (i > 0 && positions[i] <= positions[i - 1]);
             if let Some(index) = (0..positions.len()).find(|&i| fault(i)) {
                 return Err(Error::Axis { axis, index });
+            }
+            let length = positions[positions.len() - 1] - positions[0];
+            if !(2.0 * length).is_finite() {
+                return Err(Error::Extent { axis });
             }
         }
         if let Some((index, _)) = values.indexed_iter().find(|(_, v)| !v.is_finite()) {
