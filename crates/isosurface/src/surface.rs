@@ -80,10 +80,9 @@ struct Grid<'a> {
 impl<'a> Grid<'a> {
     fn new(samples: &'a LatticeSamples<3>) -> Result<Self, Error> {
         let shape = samples.shape();
-        let plane = shape[1] * shape[2];
-        let inside: Vec<bool> = (0..shape[0] * plane)
+        let inside: Vec<bool> = (0..shape[0] * shape[1])
             .into_par_iter()
-            .map(|flat| samples.value(&[flat / plane, flat / shape[2] % shape[1], flat % shape[2]]) < 0.0)
+            .flat_map_iter(|row| (0..shape[2]).map(move |k| samples.value(&[row / shape[1], row % shape[1], k]) < 0.0))
             .collect();
         // The layer around the lattice is outside.
         if !inside.contains(&true) {
@@ -108,17 +107,19 @@ impl<'a> Grid<'a> {
         function: Option<&impl ImplicitFunction<3>>,
         options: &Options,
     ) -> Vec<(usize, Vertex)> {
+        let strides = [self.shape[1] * self.shape[2], self.shape[2], 1];
         let mut cut = Vec::new();
         for j in 0..self.shape[1] {
             for k in 0..self.shape[2] {
                 let node = [i, j, k];
-                let inside = self.inside[self.flat(&node)];
+                let flat = self.flat(&node);
+                let inside = self.inside[flat];
                 for axis in 0..3 {
-                    let mut other = node;
-                    other[axis] += 1;
-                    if other[axis] == self.shape[axis] || self.inside[self.flat(&other)] == inside {
+                    if node[axis] + 1 == self.shape[axis] || self.inside[flat + strides[axis]] == inside {
                         continue;
                     }
+                    let mut other = node;
+                    other[axis] += 1;
                     let (within, without) = if inside { (node, other) } else { (other, node) };
                     let ends = [within, without].map(|node| self.samples.position(&node));
                     let capped = self.samples.is_outer(&without);

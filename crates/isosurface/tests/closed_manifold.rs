@@ -266,3 +266,22 @@ fn the_euler_number_is_that_of_the_trilinear_interpolant() {
     }
     assert!(compared >= 20 && tunnels > 0, "{compared} fields compared, {tunnels} of them with handles");
 }
+
+#[test]
+fn triangles_face_outward_even_where_the_surface_meets_nodes() {
+    // Spacing 0.1: nodes on the axes lie on the unit sphere, to rounding.
+    let function = Function(|x: [f64; 3]| x.iter().map(|x| x * x).sum::<f64>() - 1.0);
+    let samples = LatticeSamples::of(axes(33, 1.6), &function).unwrap();
+    let (mesh, report) = surface(&samples, Some(&function), &Options::default()).unwrap();
+    assert!(mesh.topology().closed && report.unreached == 0);
+    for triangle in &mesh.triangles {
+        let [a, b, c] = triangle.map(|v| mesh.vertices[v as usize]);
+        let normal: [f64; 3] = std::array::from_fn(|k| {
+            let (l, m) = ((k + 1) % 3, (k + 2) % 3);
+            (b[l] - a[l]) * (c[m] - a[m]) - (b[m] - a[m]) * (c[l] - a[l])
+        });
+        let along = |v: [f64; 3]| (0..3).map(|k| normal[k] * v[k]).sum::<f64>();
+        // Chords of a cell, 0.1, on a radius of 1 tilt by 0.1 or so.
+        assert!(along(a) > 0.9 * along(normal).sqrt());
+    }
+}
