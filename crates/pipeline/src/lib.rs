@@ -58,7 +58,7 @@ pub use error::{InputError, ReconstructError};
 pub use extraction::{Figures, extract_curve, extract_surface};
 pub use frame::Frame;
 pub use options::{Options, Topology};
-pub use reconstruct::{OrientedPoint, Reconstruction, reconstruct};
+pub use reconstruct::{OrientedPoint, Reconstruction, coarse_cells, reconstruct};
 pub use report::{
     DistanceReport, ExtractionReport, FrameReport, InputReport, REPORT_VERSION, Report, StageFigures, StageReport,
 };

@@ -169,7 +169,7 @@ impl Road {
 
 /// Cells along the longest side of the lattice on which topology is decided. In 2D, where it costs next to nothing, the cells
 /// follow the spacing of the points, so that narrow gaps stay open; in 3D a direct factorisation sets the limit.
-fn coarse_cells<const D: usize>(spacing: &Spacing) -> usize {
+pub fn coarse_cells<const D: usize>(spacing: &Spacing) -> usize {
     let mut cells = if D == 2 { 24 } else { 16 };
     while D == 2 && cells < 96 && 0.5 / cells as f64 >= 1.5 * spacing.typical {
         cells *= 2;

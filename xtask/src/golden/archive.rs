@@ -37,6 +37,11 @@ impl Archive {
 
     /// The knot vectors of case `k`.
     pub fn knots<const D: usize>(&mut self, k: usize) -> Result<[KnotVector; D]> {
+        self.knots_named(&k.to_string())
+    }
+
+    /// The knot vectors of a case by its name.
+    pub fn knots_named<const D: usize>(&mut self, k: &str) -> Result<[KnotVector; D]> {
         let degrees: Vec<i64> = self.list(&format!("{k}_degree"))?;
         let mut knots = Vec::with_capacity(D);
         for (axis, &degree) in degrees.iter().enumerate() {

@@ -60,9 +60,20 @@ fn energies(golden: &Path) -> Result<Vec<Check>> {
         let golden = archive.number(&format!("{k}_energy"))?;
         worst = worst.max((energy / golden - 1.0).abs());
     }
+    let knots: [_; 2] = archive.knots_named("matrix")?;
+    let energy = DerivativeEnergy::thin_plate(&knots)?;
+    let (rows, columns) = (energy.shape()[0], energy.shape()[1]);
+    let index = |flat: usize| [flat / columns, flat % columns];
+    let size = rows * columns;
+    let entries: Vec<f64> = (0..size * size).map(|k| energy.entry(index(k / size), index(k % size))).collect();
+    let matrix: Vec<f64> = archive.list("matrix_energy")?;
+    let matrix = relative(&entries, matrix.iter().copied());
     let name = format!("thin-plate energy, {cases} cases of degree 2 to 5, against SciPy quadrature");
     // Both integrate exactly: rounding of sums that partly cancel.
-    Ok(vec![Check::at_most(name, worst, 1e-10)])
+    Ok(vec![
+        Check::at_most(name, worst, 1e-10),
+        Check::at_most(format!("thin-plate matrix H, {size} × {size}, against SciPy quadrature"), matrix, 1e-10),
+    ])
 }
 
 fn thin_plate<const D: usize>(archive: &mut Archive, k: usize) -> Result<f64> {

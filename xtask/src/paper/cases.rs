@@ -22,8 +22,9 @@ impl<const D: usize> Case<D> {
         Ok(Self { spacing: Spacing::of(&points), points, frame })
     }
 
-    pub fn domain(&self, cells: usize) -> Domain<D> {
-        Domain::around(&self.frame.sides, cells)
+    /// The box and coarse lattice of the default road.
+    pub fn domain(&self) -> Domain<D> {
+        Domain::around(&self.frame.sides, zeroset::coarse_cells::<D>(&self.spacing))
     }
 
     /// Smoothing length and density of the default road.

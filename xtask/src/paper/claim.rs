@@ -7,6 +7,7 @@ use std::time::Instant;
 use anyhow::{Context, Result};
 use ndarray::ArrayD;
 use zeroset::bspline::Spline;
+use zeroset::isosurface::{self, LatticeSamples};
 use zeroset::trust_region::{self, StoppingRule};
 use zeroset::{Domain, gefm};
 
@@ -29,19 +30,26 @@ pub fn write(root: &Path, folder: &Path, page: &mut String) -> Result<()> {
          spacing of the points, at most {MOST_ITERATIONS} iterations: a circle or sphere (centre of the points, mean distance), the \
          function of generalized eigenvector fitting as the paper has it, and the synthesized shape of equations (14) and (15). \
          Seconds are those of the iteration alone, and in brackets with the making of the initial shape. Where the goal is not \
-         reached, the error at the end and the rule that stopped the iteration are given.\n\n\
+         reached, the error at the end and the rule that stopped the iteration are given. Behind the figures stands what the zero set \
+         then is; the error at the points alone does not see it.\n\n\
          | case | sphere: iterations, s | GEFM alone: iterations, s | synthesized: iterations, s |\n|---|---|---|---|\n"
     )?;
     let mut plots = Vec::new();
     for name in CURVES {
-        measure(&curve(root, name)?, name, 24, page, &mut plots)?;
+        measure(&curve(root, name)?, name, page, &mut plots)?;
     }
     for name in SURFACES {
-        measure(&surface(root, name)?, name, 16, page, &mut plots)?;
+        measure(&surface(root, name)?, name, page, &mut plots)?;
     }
     let path = folder.join("claim.svg");
     std::fs::write(&path, panels(&plots, "iteration", "Sampson distance / spacing"))
         .with_context(|| format!("{} cannot be written", path.display()))?;
+    page.push_str(
+        "\nRead: from a sphere the iteration takes many more steps than from the synthesized shape, and often ends with another \
+         topology; that part of the claim holds. Against GEFM alone it does not, measured by the Sampson distance at the points: with the \
+         small weight w used here the eigenvector fit already passes close to them, often below the goal without a step. What the \
+         synthesized shape adds is seen in Figs. 2 and 4: the slope of a distance instead of flat regions, and stray sheets removed.\n",
+    );
     page.push_str("\n![Sampson distance over iterations; dashed: the goal](claim.svg)\n");
     Ok(())
 }
@@ -49,11 +57,13 @@ pub fn write(root: &Path, folder: &Path, page: &mut String) -> Result<()> {
 fn measure<const D: usize>(
     case: &Case<D>,
     name: &str,
-    cells: usize,
     page: &mut String,
     plots: &mut Vec<(String, Vec<Series>, f64)>,
-) -> Result<()> {
-    let domain = case.domain(cells);
+) -> Result<()>
+where
+    Case<D>: Shape<D>,
+{
+    let domain = case.domain();
     let halvings = 1;
     let initial = |which: usize| -> Result<Spline<D>> {
         match which {
@@ -75,11 +85,12 @@ fn measure<const D: usize>(
         options.relative_decrease = 0.0;
         options.holdout = 0.0;
         let clock = Instant::now();
-        let (_, report) = trust_region::refine(&case.points, Some(&case.spacing.areas), &shape, &options)?;
+        let (fitted, report) = trust_region::refine(&case.points, Some(&case.spacing.areas), &shape, &options)?;
         let seconds = clock.elapsed().as_secs_f64();
         let rms = |errors: &trust_region::Errors| errors.sampson_rms / case.spacing.typical;
         if report.stopping_rule == StoppingRule::SampsonErrorReached {
-            write!(page, " {}, {seconds:.2} ({:.2}) |", report.iterations.len(), seconds + making)?;
+            let shape = case.shape(&fitted, &domain, halvings)?;
+            write!(page, " {}, {seconds:.2} ({:.2}); {shape} |", report.iterations.len(), seconds + making)?;
         } else {
             write!(
                 page,
@@ -96,6 +107,29 @@ fn measure<const D: usize>(
     page.push('\n');
     plots.push((name.to_owned(), series, TARGET));
     Ok(())
+}
+
+/// Says what a zero set is.
+trait Shape<const D: usize> {
+    fn shape(&self, f: &Spline<D>, domain: &Domain<D>, halvings: u32) -> Result<String>;
+}
+
+impl Shape<2> for Case<2> {
+    fn shape(&self, f: &Spline<2>, domain: &Domain<2>, halvings: u32) -> Result<String> {
+        let axes = domain.nodes(halvings + 1);
+        let samples = LatticeSamples::new(axes.clone(), f.sample(&axes, [0; 2]))?;
+        let topology = isosurface::curve(&samples, Some(f), &isosurface::Options::default())?.0.topology();
+        Ok(format!("parts {}, holes {}", topology.parts, topology.holes))
+    }
+}
+
+impl Shape<3> for Case<3> {
+    fn shape(&self, f: &Spline<3>, domain: &Domain<3>, halvings: u32) -> Result<String> {
+        let axes = domain.nodes(halvings + 1);
+        let samples = LatticeSamples::new(axes.clone(), f.sample(&axes, [0; 3]))?;
+        let topology = isosurface::surface(&samples, Some(f), &isosurface::Options::default())?.0.topology();
+        Ok(format!("components {}, genus {}", topology.components, topology.genus))
+    }
 }
 
 fn gefm_alone<const D: usize>(case: &Case<D>, domain: &Domain<D>, settings: gefm::Options) -> Result<Spline<D>> {

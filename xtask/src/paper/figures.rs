@@ -13,7 +13,7 @@ use super::cases::{Case, curve, surface};
 use super::picture::{BLACK, Picture, View, diverging};
 
 /// Side of the square pictures of curves.
-const SIDE: usize = 480;
+const SIDE: usize = 360;
 
 pub fn write(root: &Path, folder: &Path, page: &mut String) -> Result<()> {
     page.push_str(
@@ -22,7 +22,7 @@ pub fn write(root: &Path, folder: &Path, page: &mut String) -> Result<()> {
          published.\n\n",
     );
     let one = curve(root, "star.xy")?;
-    let domain = one.domain(24);
+    let domain = one.domain();
     points(&one, &domain)?.save(&folder.join("fig1a.png"))?;
     for iteration in [1, 2] {
         let f_hat = gefm_iterations(&one, &domain, iteration)?;
@@ -35,7 +35,7 @@ pub fn write(root: &Path, folder: &Path, page: &mut String) -> Result<()> {
     )?;
 
     let two = curve(root, "hook.xy")?;
-    let domain = two.domain(24);
+    let domain = two.domain();
     points(&two, &domain)?.save(&folder.join("fig2a.png"))?;
     let eigenvector = gefm_iterations(&two, &domain, 10)?;
     field(&two, &domain, &eigenvector)?.save(&folder.join("fig2b.png"))?;
@@ -46,7 +46,7 @@ pub fn write(root: &Path, folder: &Path, page: &mut String) -> Result<()> {
     )?;
 
     let three = curve(root, "horse.xy")?;
-    let wide = three.domain(24);
+    let wide = three.domain();
     points(&three, &wide)?.save(&folder.join("fig3a.png"))?;
     field(&three, &wide, &improperly_tagged(&three, &wide)?)?.save(&folder.join("fig3b.png"))?;
     row(
@@ -68,9 +68,9 @@ pub fn write(root: &Path, folder: &Path, page: &mut String) -> Result<()> {
     field(&three, &wide, &synthesized(&three, &wide)?)?.save(&folder.join("fig5b.png"))?;
     row(page, "Fig. 5: the points of Fig. 3 by the synthesized scheme", &["fig3a", "fig5b"])?;
 
-    for (number, file, up, name) in [(6, "double_torus.ply", 2, "double torus"), (7, "teapot.ply", 1, "teapot")] {
+    for (number, file, up, name) in [(6, "double_torus.ply", 2, "double torus"), (7, "teapot.ply", 2, "teapot")] {
         let case = surface(root, file)?;
-        let domain = case.domain(16);
+        let domain = case.domain();
         let f_hat = gefm_with(&case, &domain, gefm::Options::default())?;
         let initial = case.synthesized(&f_hat, &domain, 2)?;
         let view = View::around(&case.points, up, 30.0, 35.0, 640, 480);
@@ -111,13 +111,13 @@ fn gefm_iterations(case: &Case<2>, domain: &Domain<2>, iterations: usize) -> Res
 }
 
 fn synthesized(case: &Case<2>, domain: &Domain<2>) -> Result<Spline<2>> {
-    case.synthesized(&gefm_with(case, domain, gefm::Options::default())?, domain, 2)
+    case.synthesized(&gefm_with(case, domain, gefm::Options::default())?, domain, 1)
 }
 
 /// What tagging gives that knows only the lattice: outside is what a flood from the corner of the box reaches without
 /// entering a node that has a point within half a cell.
 fn improperly_tagged(case: &Case<2>, domain: &Domain<2>) -> Result<Spline<2>> {
-    let halvings = 2;
+    let halvings = 1;
     let nodes = domain.nodes(halvings);
     let cell = domain.spacing(halvings);
     let shape = domain.cells(halvings).map(|cells| cells + 1);
@@ -185,7 +185,7 @@ fn field(case: &Case<2>, domain: &Domain<2>, f: &Spline<2>) -> Result<Picture> {
         let [x, y] = window.place(point);
         picture.disc(x, y, 1.1, [0.35, 0.35, 0.38]);
     }
-    let axes = domain.nodes(3);
+    let axes = domain.nodes(2);
     let samples = LatticeSamples::new(axes.clone(), f.sample(&axes, [0; 2]))?;
     let (curves, _) = isosurface::curve(&samples, Some(f), &isosurface::Options::default())?;
     for closed in &curves.loops {

@@ -166,7 +166,7 @@ impl View {
             (v[first], v[second], v[up]) = (a, b, c);
             v
         };
-        let (right, up_there) = (vector(ca, sa, 0.0), vector(sa * se, -ca * se, ce));
+        let (right, up_there) = (vector(ca, sa, 0.0), vector(-sa * se, ca * se, ce));
         // Towards the viewer: the third row completes a right-handed system.
         let rows = [right, up_there, cross(right, up_there)];
         let corner = |pick: fn(f64, f64) -> f64| -> [f64; 3] {

@@ -48,7 +48,7 @@ pub fn write(root: &Path, page: &mut String) -> Result<()> {
     );
     for row in &ROWS {
         let case = surface(root, row.file)?;
-        let domain = case.domain(16);
+        let domain = case.domain();
         let mut options = case.gefm_options(&domain, gefm::Options::paper());
         options.eigenvector.most_iterations = row.paper_iterations;
         // The three iterations are all made, whatever the ρ test says.
