@@ -242,6 +242,8 @@ fn refinement<const D: usize>(
     // A lattice coarser than the data cannot follow detail below its cells.
     settings.smoothing_length = spacing.typical.max(0.5 * cell);
     settings.smallest_smoothing_length = 0.05 * settings.smoothing_length;
+    // One more step after the held-out error has turned costs as much as all that it could still gain.
+    settings.patience = 1;
     if let Some(length) = options.smoothing {
         let length = length * frame.scale;
         settings.smoothing_length = length.max(settings.smoothing_length);
