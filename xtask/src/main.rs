@@ -1,6 +1,7 @@
-//! Project tasks: `cargo xtask ci`, `cargo xtask golden`, `cargo xtask paper`.
+//! Project tasks: `cargo xtask ci`, `cargo xtask compare`, `cargo xtask golden`, `cargo xtask paper`.
 
 mod ci;
+mod compare;
 mod golden;
 mod paper;
 
@@ -22,6 +23,8 @@ struct Arguments {
 enum Task {
     /// Run everything that a change must pass: format, lints, all tests, documentation, golden data.
     Ci,
+    /// Run the release binary over folders of cases and write a table of what came out.
+    Compare(compare::Arguments),
     /// Compare with the golden data of SciPy, trimesh and scikit-image.
     Golden {
         /// Make fixtures and golden data anew first (needs Python and npm).
@@ -36,6 +39,7 @@ fn main() -> ExitCode {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let result = match Arguments::parse().task {
         Task::Ci => ci::run(),
+        Task::Compare(arguments) => compare::run(&root, &arguments),
         Task::Golden { regenerate: false } => golden::check(&root),
         Task::Golden { regenerate: true } => golden::regenerate(&root),
         Task::Paper if cfg!(debug_assertions) => in_release("paper"),
