@@ -103,7 +103,9 @@ impl Row {
         }
         match warnings(&files.report) {
             Ok(warnings) => row.warnings = warnings,
-            Err(error) => row.notes.push(format!("{error:#}")),
+            // A run that failed has said why.
+            Err(error) if ending == Ending::Exit(0) || ending == DOUBT => row.notes.push(format!("{error:#}")),
+            Err(_) => {}
         }
         row.ending = Some(ending);
         if let Some(truth) = case.truth.as_ref().filter(|_| files.result.is_file() || files.oriented.is_file()) {

@@ -178,7 +178,7 @@ pub fn line(row: &Row) -> String {
         return format!("{line}: skipped: {}", row.skipped.as_deref().unwrap_or("not run"));
     };
     // Writing to a string cannot fail.
-    let _ = write!(line, ": exit {ending}");
+    let _ = write!(line, ": exit {ending}{}", if row.accepted_doubt { " (accepted)" } else { "" });
     if let Some(side) = row.measures.side {
         let _ = write!(line, ", side {side:.3} %{}", if side < side_target(case) { " WRONG" } else { "" });
     }

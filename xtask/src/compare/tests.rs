@@ -156,7 +156,7 @@ fn form_of_the_tables() {
     let values = table::separated_heading() + &table::separated("data", &rows);
     let columns: Vec<_> = values.lines().map(|line| line.split('\t').count()).collect();
     assert_eq!(columns, [23, 23, 23]);
-    assert!(table::line(&rows[0]).starts_with("a|b (clean): exit 4, side 98.000 % WRONG"));
+    assert!(table::line(&rows[0]).starts_with("a|b (clean): exit 4 (accepted), side 98.000 % WRONG"));
     assert!(table::line(&rows[1]).ends_with("skipped: no input"));
 }
 
@@ -215,7 +215,7 @@ fn a_folder_of_cases() {
         assert_eq!((Verdict::of(good), good.accepted_doubt), (Verdict::Right, false));
         assert_eq!(large.skipped.as_deref(), Some("more than 1 points"));
         assert_eq!(Verdict::of(refused), Verdict::Failed);
-        assert!(refused.notes.contains(&"error: all points are one".to_owned()), "{:?}", refused.notes);
+        assert_eq!(refused.notes, ["error: all points are one"]);
         assert_eq!((slow.ending.clone(), slow.measures.side), (Some(Ending::TimedOut), None));
         assert_eq!((unknown.ending.clone(), Verdict::of(unknown)), (Some(Ending::Exit(0)), Verdict::Unknown));
         assert_eq!(void.skipped.as_deref(), Some("no input"));
