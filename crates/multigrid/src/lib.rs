@@ -29,9 +29,24 @@
 //! **Not here.** Choosing weights; solving on lattices too fine for a direct factorisation.
 
 mod band_pattern;
+mod cell_kernel;
+mod cell_points;
 mod cholesky;
+mod conjugate_gradients;
+mod energy_kernel;
+mod multigrid;
 mod nested_dissection;
 mod normal_matrix;
+mod normal_operator;
+mod scratch;
+mod separable_energy;
+mod smoother;
+mod spectrum;
+mod transfer;
+mod vectors;
 
 pub use cholesky::{Factor, FactorError};
+pub use conjugate_gradients::{SolveOptions, SolveReport};
+pub use multigrid::{Multigrid, MultigridError};
 pub use normal_matrix::{AssemblyError, NormalEquations, NormalMatrix};
+pub use normal_operator::{NormalOperator, OperatorError};

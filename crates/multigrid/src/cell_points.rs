@@ -1,0 +1,154 @@
+//! The data term `Σ ωᵢ qᵢ qᵢᵀ`, cell by cell.
+
+use rayon::prelude::*;
+use std::ops::Range;
+use zeroset_bspline::Collocation;
+
+use crate::cell_kernel::{CellTask, local_matrix};
+
+/// Points of one cell share their coefficients.
+#[derive(Debug, Clone)]
+pub(crate) struct Cell {
+    /// Flat index of the first coefficient, in the whole lattice.
+    pub(crate) first: usize,
+    /// Its points, as places in the sorted order.
+    pub(crate) points: Range<usize>,
+    /// Where its merged matrix begins, if it has one.
+    pub(crate) merged: Option<usize>,
+}
+
+/// Weighted points sorted by cell.
+///
+/// Two dimensions are the case of three whose first axis has one basis function, the constant one.
+#[derive(Debug, Clone)]
+pub(crate) struct CellPoints {
+    /// `degree + 1`.
+    width: usize,
+    /// Basis functions along the first of three axes: `width`, or 1 in 2D.
+    depth: usize,
+    /// Strides of the first and the second of three axes.
+    strides: [usize; 2],
+    cells: Vec<Cell>,
+    /// Per point its basis values: `depth` of the first axis times √ω, then `width` of each other axis.
+    values: Vec<f64>,
+    /// `Σ ωᵢ qᵢ qᵢᵀ` of the cells that hold many points, row after row.
+    merged: Vec<f64>,
+    /// Coefficients from one slab's first to the next's.
+    slab: usize,
+    /// The cells of each slab.
+    slabs: Vec<Range<usize>>,
+}
+
+/// Coefficient planes per slab: at least the degree, so that every second slab writes to coefficients of its own.
+const SLAB: usize = 5;
+
+/// Below this many points tasks are not worth their overhead.
+const FEW: usize = 2048;
+
+impl CellPoints {
+    /// Sorts the points. `weights` are checked by the caller: finite and not negative.
+    pub(crate) fn new<const D: usize>(collocation: &Collocation<D>, weights: &[f64]) -> Self {
+        let shape = collocation.shape();
+        let width = if collocation.point_count() > 0 { collocation.basis(0)[0].derivative(0).len() } else { 1 };
+        let depth = if D == 3 { width } else { 1 };
+        let first = |point: usize| {
+            collocation.basis(point).iter().zip(&shape).fold(0, |flat, (basis, n)| flat * n + basis.first)
+        };
+        let mut order: Vec<(usize, usize)> =
+            (0..collocation.point_count()).filter(|&i| weights[i] > 0.0).map(|i| (first(i), i)).collect();
+        order.sort_unstable();
+
+        let per_point = depth + 2 * width;
+        let mut values = vec![0.0; order.len() * per_point];
+        values.par_chunks_mut(per_point).zip(&order).with_min_len(FEW).for_each(|(out, &(_, point))| {
+            let basis = collocation.basis(point);
+            let root = weights[point].sqrt();
+            let (leading, rest) = out.split_at_mut(depth);
+            if D == 3 {
+                leading.copy_from_slice(basis[0].derivative(0));
+            } else {
+                leading[0] = 1.0;
+            }
+            leading.iter_mut().for_each(|v| *v *= root);
+            for (out, basis) in rest.chunks_exact_mut(width).zip(&basis[D - 2..]) {
+                out.copy_from_slice(basis.derivative(0));
+            }
+        });
+
+        let (mut cells, mut merged, mut start) = (Vec::new(), Vec::new(), 0);
+        let entries = depth * width * width;
+        for group in order.chunk_by(|a, b| a.0 == b.0) {
+            let points = start..start + group.len();
+            let matrix = (group.len() >= merge_from(depth, width)).then_some(merged.len());
+            if matrix.is_some() {
+                let begin = merged.len();
+                merged.resize(begin + entries * entries, 0.0);
+                local_matrix(
+                    (depth, width),
+                    &values[points.start * per_point..points.end * per_point],
+                    &mut merged[begin..],
+                );
+            }
+            start = points.end;
+            cells.push(Cell { first: group[0].0, points, merged: matrix });
+        }
+
+        let plane: usize = shape[1..].iter().product();
+        let slab = SLAB * plane;
+        let slabs = (0..shape[0].div_ceil(SLAB))
+            .map(|s| {
+                cells.partition_point(|cell| cell.first < s * slab)
+                    ..cells.partition_point(|cell| cell.first < (s + 1) * slab)
+            })
+            .collect();
+        let strides = if D == 3 { [plane, shape[2]] } else { [0, plane] };
+        Self { width, depth, strides, cells, values, merged, slab, slabs }
+    }
+
+    /// Adds `Σ ωᵢ qᵢ (qᵢᵀ x)` to `out`.
+    ///
+    /// Slabs of even number come first, then those between; slabs of one kind write to different coefficients, so that
+    /// the order of sums is the same for any number of threads.
+    pub(crate) fn add_applied(&self, x: &[f64], out: &mut [f64]) {
+        self.by_slabs(out, |cells, out, before| self.task(cells, before).apply(x, out));
+    }
+
+    /// Adds the diagonal of `Σ ωᵢ qᵢ qᵢᵀ` to `out`.
+    pub(crate) fn add_diagonal(&self, out: &mut [f64]) {
+        self.by_slabs(out, |cells, out, before| self.task(cells, before).add_diagonal(out));
+    }
+
+    fn task<'p>(&'p self, cells: &'p [Cell], before: usize) -> CellTask<'p> {
+        CellTask {
+            shape: (self.depth, self.width),
+            strides: self.strides,
+            cells,
+            values: &self.values,
+            merged: &self.merged,
+            before,
+        }
+    }
+
+    /// Calls `add` with the cells of each slab, the coefficients they write to, and how many come before those.
+    fn by_slabs(&self, out: &mut [f64], add: impl Fn(&[Cell], &mut [f64], usize) + Sync) {
+        let two = 2 * self.slab;
+        for parity in 0..2 {
+            let start = (parity * self.slab).min(out.len());
+            let visit = |(pair, out): (usize, &mut [f64])| {
+                if let Some(cells) = self.slabs.get(2 * pair + parity) {
+                    add(&self.cells[cells.clone()], out, start + pair * two);
+                }
+            };
+            if self.cells.len() < FEW / 4 {
+                out[start..].chunks_mut(two).enumerate().for_each(visit);
+            } else {
+                out[start..].par_chunks_mut(two).enumerate().for_each(visit);
+            }
+        }
+    }
+}
+
+/// From how many points on a cell's merged matrix is cheaper to apply than its points one by one.
+fn merge_from(depth: usize, width: usize) -> usize {
+    if depth == 1 { width * width / 2 } else { width * width * width }
+}

@@ -1,0 +1,144 @@
+//! The V-cycle on nested lattices.
+
+use thiserror::Error;
+use zeroset_bspline::{Collocation, CollocationError, DerivativeEnergy, EnergyError, KnotVector, RefinementError};
+
+use crate::cholesky::{Factor, FactorError};
+use crate::normal_matrix::{AssemblyError, NormalEquations};
+use crate::normal_operator::{NormalOperator, OperatorError};
+use crate::scratch::Scratch;
+use crate::smoother::{Smoother, Vectors};
+use crate::transfer::Transfer;
+
+/// Why a multigrid solver could not be set up.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum MultigridError {
+    /// The operator of a level was refused.
+    #[error(transparent)]
+    Operator(#[from] OperatorError),
+    /// The coarsest level could not be assembled.
+    #[error(transparent)]
+    Assembly(#[from] AssemblyError),
+    /// The coarsest level could not be factored.
+    #[error(transparent)]
+    Factor(#[from] FactorError),
+    /// The lattices do not nest.
+    #[error(transparent)]
+    Refinement(#[from] RefinementError),
+    /// A point lies outside the lattice.
+    #[error(transparent)]
+    Collocation(#[from] CollocationError),
+    /// The knots have no thin-plate energy.
+    #[error(transparent)]
+    Energy(#[from] EnergyError),
+}
+
+/// `A = Σ ωᵢ qᵢ qᵢᵀ + w H` on a lattice that came from a coarse one by halving, with a V-cycle as preconditioner.
+///
+/// Every level's operator is built on its own basis with the same points, weights and w. Since the spaces nest, that is the
+/// Galerkin operator `Pᵀ A P`. The coarsest level is solved by Cholesky's method; it should have no more than a few thousand
+/// coefficients.
+#[derive(Debug)]
+pub struct Multigrid<const D: usize> {
+    knots: [KnotVector; D],
+    /// From the finest to the one before the coarsest.
+    levels: Vec<Level<D>>,
+    bottom: Bottom<D>,
+    vectors: Scratch<Vec<Vectors>>,
+}
+
+#[derive(Debug)]
+struct Level<const D: usize> {
+    operator: NormalOperator<D>,
+    smoother: Smoother<D>,
+    transfer: Transfer<D>,
+}
+
+#[derive(Debug)]
+struct Bottom<const D: usize> {
+    operator: NormalOperator<D>,
+    factor: Factor,
+}
+
+impl<const D: usize> Multigrid<D> {
+    /// Builds all levels: `coarse` knots and those that come from them by up to `halvings` [halvings](KnotVector::halved),
+    /// for points with weights ω ≥ 0 and the weight w > 0 of the thin-plate energy.
+    ///
+    /// # Errors
+    /// As [`NormalOperator::new`], and if the coarsest level is not positive definite: points on a line or plane.
+    pub fn new(
+        coarse: &[KnotVector; D],
+        halvings: u32,
+        points: &[[f64; D]],
+        weights: &[f64],
+        energy_weight: f64,
+    ) -> Result<Self, MultigridError> {
+        let operator = NormalOperator::new(coarse, points, weights, energy_weight)?;
+        let equations = NormalEquations::new(&DerivativeEnergy::thin_plate(coarse)?);
+        let matrix = equations.weighted(&Collocation::new(coarse, points)?, weights, energy_weight)?;
+        let bottom = Bottom { operator, factor: equations.factor(&matrix)? };
+
+        let (mut levels, mut knots) = (Vec::new(), coarse.clone());
+        for _ in 0..halvings {
+            let finer = knots.each_ref().map(KnotVector::halved);
+            let operator = NormalOperator::new(&finer, points, weights, energy_weight)?;
+            let smoother = Smoother::new(finer.each_ref().map(KnotVector::basis_count), &operator);
+            levels.push(Level { operator, smoother, transfer: Transfer::new(&knots, &finer)? });
+            knots = finer;
+        }
+        levels.reverse();
+        Ok(Self { knots, levels, bottom, vectors: Scratch::new() })
+    }
+
+    /// The finest knots, on which the unknowns live.
+    pub fn knots(&self) -> &[KnotVector; D] {
+        &self.knots
+    }
+
+    /// Number of unknowns on the finest level.
+    pub fn size(&self) -> usize {
+        self.operator().size()
+    }
+
+    /// The operator of the finest level.
+    pub fn operator(&self) -> &NormalOperator<D> {
+        self.levels.first().map_or(&self.bottom.operator, |level| &level.operator)
+    }
+
+    /// `y = A x` on the finest level.
+    ///
+    /// # Panics
+    /// If `x` or `y` do not have one entry per unknown.
+    #[track_caller]
+    pub fn apply(&self, x: &[f64], y: &mut [f64]) {
+        self.operator().apply(x, y);
+    }
+
+    /// One V-cycle from zero: `z ≈ A⁻¹ r`, linear in `r`, symmetric and positive definite.
+    ///
+    /// # Panics
+    /// If `residual` or `z` do not have one entry per unknown.
+    #[track_caller]
+    pub fn precondition(&self, residual: &[f64], z: &mut [f64]) {
+        assert!(residual.len() == self.size() && z.len() == self.size(), "one entry per unknown");
+        let vectors = || self.levels.iter().map(|level| Vectors::new(level.operator.size())).collect();
+        self.vectors.with(vectors, |vectors| self.cycle(&self.levels, vectors, residual, z));
+    }
+
+    fn cycle(&self, levels: &[Level<D>], vectors: &mut [Vectors], right: &[f64], z: &mut [f64]) {
+        let (Some((level, coarser)), Some((v, below))) = (levels.split_first(), vectors.split_first_mut()) else {
+            z.copy_from_slice(&self.bottom.factor.solve(right));
+            return;
+        };
+        v.x.fill(0.0);
+        v.residual.copy_from_slice(right);
+        level.smoother.smooth(&level.operator, v, true);
+        let mut restricted = vec![0.0; coarser.first().map_or(self.bottom.operator.size(), |l| l.operator.size())];
+        level.transfer.restrict(&v.residual, &mut restricted);
+        let mut correction = vec![0.0; restricted.len()];
+        self.cycle(coarser, below, &restricted, &mut correction);
+        v.correct(&level.operator, |fine| level.transfer.prolong(&correction, fine));
+        level.smoother.smooth(&level.operator, v, false);
+        z.copy_from_slice(&v.x);
+    }
+}
