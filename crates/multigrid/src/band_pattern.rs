@@ -69,9 +69,36 @@ impl<const D: usize> BandPattern<D> {
     /// Adds the lower triangle of `r rᵀ`, `r` being zero outside the box of `widths` indices from `first` and given
     /// there in C order. The box must fit into the band.
     pub(crate) fn add_outer_product(&self, entries: &mut [f64], first: &[usize; D], widths: &[usize; D], r: &[f64]) {
+        self.add_columns(entries, first, widths, |k, from, entries| {
+            for (entry, b) in entries.iter_mut().zip(&r[from..]) {
+                *entry += r[k] * b;
+            }
+        });
+    }
+
+    /// Adds the lower triangle of a symmetric matrix that is zero outside the box of `widths` indices from `first`, and
+    /// given there row after row.
+    pub(crate) fn add_matrix(&self, entries: &mut [f64], first: &[usize; D], widths: &[usize; D], matrix: &[f64]) {
+        let size: usize = widths.iter().product();
+        self.add_columns(entries, first, widths, |k, from, entries| {
+            for (entry, a) in entries.iter_mut().zip(&matrix[k * size + from..]) {
+                *entry += a;
+            }
+        });
+    }
+
+    /// Calls `add` with the `k`-th index of a box, the number of another one and the entries of column `k` from that row on,
+    /// one line along the last axis after the other.
+    fn add_columns(
+        &self,
+        entries: &mut [f64],
+        first: &[usize; D],
+        widths: &[usize; D],
+        add: impl Fn(usize, usize, &mut [f64]),
+    ) {
         // Lines along the last axis are contiguous in every column.
         let width = widths[D - 1];
-        let lines = r.len() / width;
+        let lines: usize = widths[..D - 1].iter().product();
         let lead = |line: usize| -> [usize; D] {
             let mut rest = line;
             let mut lead = [0; D];
@@ -81,24 +108,19 @@ impl<const D: usize> BandPattern<D> {
             }
             lead
         };
-        for (k, &a) in r.iter().enumerate() {
+        for k in 0..lines * width {
             let (line, last) = (k / width, k % width);
             let own = lead(line);
             let mut column: [usize; D] = std::array::from_fn(|axis| first[axis] + own[axis]);
             column[D - 1] += last;
             let (diagonal, strides) = self.column(&column);
-            for (position, b) in (diagonal..).zip(&r[k..(line + 1) * width]) {
-                entries[position] += a * b;
-            }
+            add(k, k, &mut entries[diagonal..diagonal + width - last]);
             for other in line + 1..lines {
                 let lead = lead(other);
                 // Later in C order, so that the sum is not negative although single steps may be.
                 let ahead = (0..D - 1).fold(diagonal, |at, axis| at + lead[axis] * strides[axis])
                     - (0..D - 1).fold(last, |back, axis| back + own[axis] * strides[axis]);
-                let row = &r[other * width..(other + 1) * width];
-                for (entry, b) in entries[ahead..ahead + width].iter_mut().zip(row) {
-                    *entry += a * b;
-                }
+                add(k, other * width, &mut entries[ahead..ahead + width]);
             }
         }
     }

@@ -111,15 +111,15 @@ impl WithSimd for Apply<'_, '_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
+    fn with_simd<S: Simd>(self, simd: S) {
         let Self { task, x, out } = self;
         match task.shape {
             (1, 3) => task.visit::<1, 3>(x, out),
-            (1, 4) => task.visit::<1, 4>(x, out),
+            (1, 4) => task.visit_cubic::<S, 1>(simd, x, out),
             (1, 5) => task.visit::<1, 5>(x, out),
             (1, 6) => task.visit::<1, 6>(x, out),
             (3, 3) => task.visit::<3, 3>(x, out),
-            (4, 4) => task.visit::<4, 4>(x, out),
+            (4, 4) => task.visit_cubic::<S, 4>(simd, x, out),
             (5, 5) => task.visit::<5, 5>(x, out),
             (6, 6) => task.visit::<6, 6>(x, out),
             // Other degrees have no thin-plate energy; no points, no widths.
@@ -129,7 +129,7 @@ impl WithSimd for Apply<'_, '_> {
 }
 
 #[inline(always)]
-fn factors<const X: usize, const W: usize>(value: &[f64]) -> ([f64; X], [f64; W], [f64; W]) {
+pub(crate) fn factors<const X: usize, const W: usize>(value: &[f64]) -> ([f64; X], [f64; W], [f64; W]) {
     let (mut x, mut y, mut z) = ([0.0; X], [0.0; W], [0.0; W]);
     x.copy_from_slice(&value[..X]);
     y.copy_from_slice(&value[X..X + W]);

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 use std::ops::Range;
-use zeroset_bspline::Collocation;
+use zeroset_bspline::{Basis, CollocationError, KnotVector};
 
 use crate::cell_kernel::{CellTask, local_matrix};
 
@@ -46,32 +46,48 @@ const SLAB: usize = 5;
 const FEW: usize = 2048;
 
 impl CellPoints {
-    /// Sorts the points. `weights` are checked by the caller: finite and not negative.
-    pub(crate) fn new<const D: usize>(collocation: &Collocation<D>, weights: &[f64]) -> Self {
-        let shape = collocation.shape();
-        let width = if collocation.point_count() > 0 { collocation.basis(0)[0].derivative(0).len() } else { 1 };
+    /// Sorts the points. All knots have the same degree; `weights` are finite and not negative.
+    ///
+    /// # Errors
+    /// If a point lies outside the domain or is not finite.
+    pub(crate) fn new<const D: usize>(
+        knots: &[KnotVector; D],
+        points: &[[f64; D]],
+        weights: &[f64],
+    ) -> Result<Self, CollocationError> {
+        let shape = knots.each_ref().map(KnotVector::basis_count);
+        let width = knots[0].degree() + 1;
         let depth = if D == 3 { width } else { 1 };
-        let first = |point: usize| {
-            collocation.basis(point).iter().zip(&shape).fold(0, |flat, (basis, n)| flat * n + basis.first)
+        let first = |(index, point): (usize, &[f64; D])| {
+            let mut flat = 0;
+            for axis in 0..D {
+                let span = knots[axis].span(point[axis]).ok_or(CollocationError::Outside { index, axis })?;
+                flat = flat * shape[axis] + span + 1 - width;
+            }
+            Ok((flat, index))
         };
         let mut order: Vec<(usize, usize)> =
-            (0..collocation.point_count()).filter(|&i| weights[i] > 0.0).map(|i| (first(i), i)).collect();
-        order.sort_unstable();
+            points.par_iter().enumerate().with_min_len(FEW).map(first).collect::<Result<_, _>>()?;
+        order.retain(|(_, index)| weights[*index] > 0.0);
+        order.par_sort_unstable();
 
         let per_point = depth + 2 * width;
         let mut values = vec![0.0; order.len() * per_point];
-        values.par_chunks_mut(per_point).zip(&order).with_min_len(FEW).for_each(|(out, &(_, point))| {
-            let basis = collocation.basis(point);
-            let root = weights[point].sqrt();
+        values.par_chunks_mut(per_point).zip(&order).with_min_len(FEW).for_each(|(out, &(_, index))| {
             let (leading, rest) = out.split_at_mut(depth);
+            let place = |axis: usize, out: &mut [f64]| {
+                if let Some(basis) = Basis::at(&knots[axis], points[index][axis], 0) {
+                    out.copy_from_slice(basis.derivative(0));
+                }
+            };
             if D == 3 {
-                leading.copy_from_slice(basis[0].derivative(0));
+                place(0, leading);
             } else {
                 leading[0] = 1.0;
             }
-            leading.iter_mut().for_each(|v| *v *= root);
-            for (out, basis) in rest.chunks_exact_mut(width).zip(&basis[D - 2..]) {
-                out.copy_from_slice(basis.derivative(0));
+            leading.iter_mut().for_each(|v| *v *= weights[index].sqrt());
+            for (axis, out) in (D - 2..D).zip(rest.chunks_exact_mut(width)) {
+                place(axis, out);
             }
         });
 
@@ -79,15 +95,12 @@ impl CellPoints {
         let entries = depth * width * width;
         for group in order.chunk_by(|a, b| a.0 == b.0) {
             let points = start..start + group.len();
-            let matrix = (group.len() >= merge_from(depth, width)).then_some(merged.len());
+            let matrix = (group.len() >= merge_from(entries)).then_some(merged.len());
             if matrix.is_some() {
                 let begin = merged.len();
                 merged.resize(begin + entries * entries, 0.0);
-                local_matrix(
-                    (depth, width),
-                    &values[points.start * per_point..points.end * per_point],
-                    &mut merged[begin..],
-                );
+                let values = &values[points.start * per_point..points.end * per_point];
+                local_matrix((depth, width), values, &mut merged[begin..]);
             }
             start = points.end;
             cells.push(Cell { first: group[0].0, points, merged: matrix });
@@ -102,7 +115,25 @@ impl CellPoints {
             })
             .collect();
         let strides = if D == 3 { [plane, shape[2]] } else { [0, plane] };
-        Self { width, depth, strides, cells, values, merged, slab, slabs }
+        Ok(Self { width, depth, strides, cells, values, merged, slab, slabs })
+    }
+
+    /// Calls `visit` with every cell's first coefficient and its `Σ ωᵢ qᵢ qᵢᵀ`, row after row.
+    pub(crate) fn for_each_matrix(&self, mut visit: impl FnMut(usize, &[f64])) {
+        let entries = self.depth * self.width * self.width;
+        let per_point = self.depth + 2 * self.width;
+        let mut matrix = vec![0.0; entries * entries];
+        for cell in &self.cells {
+            match cell.merged {
+                Some(begin) => visit(cell.first, &self.merged[begin..begin + entries * entries]),
+                None => {
+                    matrix.fill(0.0);
+                    let values = &self.values[cell.points.start * per_point..cell.points.end * per_point];
+                    local_matrix((self.depth, self.width), values, &mut matrix);
+                    visit(cell.first, &matrix);
+                }
+            }
+        }
     }
 
     /// Adds `Σ ωᵢ qᵢ (qᵢᵀ x)` to `out`.
@@ -148,7 +179,8 @@ impl CellPoints {
     }
 }
 
-/// From how many points on a cell's merged matrix is cheaper to apply than its points one by one.
-fn merge_from(depth: usize, width: usize) -> usize {
-    if depth == 1 { width * width / 2 } else { width * width * width }
+/// From how many points on a cell's merged matrix is cheaper than its points one by one: measured for cubics in space,
+/// where a matrix is 32 kB that come from further away than the points do.
+fn merge_from(entries: usize) -> usize {
+    (entries * entries / 32).max(2)
 }

@@ -1,10 +1,11 @@
 //! The V-cycle on nested lattices.
 
+use std::sync::Arc;
 use thiserror::Error;
-use zeroset_bspline::{Collocation, CollocationError, DerivativeEnergy, EnergyError, KnotVector, RefinementError};
+use zeroset_bspline::{DerivativeEnergy, KnotVector, RefinementError};
 
 use crate::cholesky::{Factor, FactorError};
-use crate::normal_matrix::{AssemblyError, NormalEquations};
+use crate::normal_matrix::NormalEquations;
 use crate::normal_operator::{NormalOperator, OperatorError};
 use crate::scratch::Scratch;
 use crate::smoother::{Smoother, Vectors};
@@ -16,21 +17,12 @@ pub enum MultigridError {
     /// The operator of a level was refused.
     #[error(transparent)]
     Operator(#[from] OperatorError),
-    /// The coarsest level could not be assembled.
-    #[error(transparent)]
-    Assembly(#[from] AssemblyError),
     /// The coarsest level could not be factored.
     #[error(transparent)]
     Factor(#[from] FactorError),
     /// The lattices do not nest.
     #[error(transparent)]
     Refinement(#[from] RefinementError),
-    /// A point lies outside the lattice.
-    #[error(transparent)]
-    Collocation(#[from] CollocationError),
-    /// The knots have no thin-plate energy.
-    #[error(transparent)]
-    Energy(#[from] EnergyError),
 }
 
 /// `A = Σ ωᵢ qᵢ qᵢᵀ + w H` on a lattice that came from a coarse one by halving, with a V-cycle as preconditioner.
@@ -51,13 +43,35 @@ pub struct Multigrid<const D: usize> {
 struct Level<const D: usize> {
     operator: NormalOperator<D>,
     smoother: Smoother<D>,
-    transfer: Transfer<D>,
+    transfer: Arc<Transfer<D>>,
+}
+
+impl<const D: usize> Level<D> {
+    /// `transfer` goes to the next coarser level.
+    fn new(operator: NormalOperator<D>, transfer: Arc<Transfer<D>>) -> Self {
+        Self { smoother: Smoother::new(transfer.fine(), &operator), operator, transfer }
+    }
 }
 
 #[derive(Debug)]
 struct Bottom<const D: usize> {
     operator: NormalOperator<D>,
+    equations: Arc<NormalEquations<D>>,
+    /// The data term's part of the assembled matrix.
+    data: Arc<Vec<f64>>,
     factor: Factor,
+}
+
+impl<const D: usize> Bottom<D> {
+    fn new(
+        operator: NormalOperator<D>,
+        equations: Arc<NormalEquations<D>>,
+        data: Arc<Vec<f64>>,
+        energy_weight: f64,
+    ) -> Result<Self, FactorError> {
+        let factor = equations.factor(&equations.with_energy(&data, energy_weight))?;
+        Ok(Self { operator, equations, data, factor })
+    }
 }
 
 impl<const D: usize> Multigrid<D> {
@@ -74,20 +88,35 @@ impl<const D: usize> Multigrid<D> {
         energy_weight: f64,
     ) -> Result<Self, MultigridError> {
         let operator = NormalOperator::new(coarse, points, weights, energy_weight)?;
-        let equations = NormalEquations::new(&DerivativeEnergy::thin_plate(coarse)?);
-        let matrix = equations.weighted(&Collocation::new(coarse, points)?, weights, energy_weight)?;
-        let bottom = Bottom { operator, factor: equations.factor(&matrix)? };
+        let equations = NormalEquations::new(&DerivativeEnergy::thin_plate(coarse).map_err(OperatorError::from)?);
+        let data = equations.data(operator.points());
+        let bottom = Bottom::new(operator, Arc::new(equations), Arc::new(data), energy_weight)?;
 
         let (mut levels, mut knots) = (Vec::new(), coarse.clone());
         for _ in 0..halvings {
             let finer = knots.each_ref().map(KnotVector::halved);
             let operator = NormalOperator::new(&finer, points, weights, energy_weight)?;
-            let smoother = Smoother::new(finer.each_ref().map(KnotVector::basis_count), &operator);
-            levels.push(Level { operator, smoother, transfer: Transfer::new(&knots, &finer)? });
+            levels.push(Level::new(operator, Arc::new(Transfer::new(&knots, &finer)?)));
             knots = finer;
         }
         levels.reverse();
         Ok(Self { knots, levels, bottom, vectors: Scratch::new() })
+    }
+
+    /// The solver of the same points on the same lattices with another weight of the energy: several times cheaper than
+    /// a new one.
+    ///
+    /// # Errors
+    /// If the weight is not positive and finite, or the coarsest level is not positive definite with it.
+    pub fn reweighted(&self, energy_weight: f64) -> Result<Self, MultigridError> {
+        let mut levels = Vec::with_capacity(self.levels.len());
+        for level in &self.levels {
+            levels.push(Level::new(level.operator.reweighted(energy_weight)?, Arc::clone(&level.transfer)));
+        }
+        let Bottom { operator, equations, data, .. } = &self.bottom;
+        let operator = operator.reweighted(energy_weight)?;
+        let bottom = Bottom::new(operator, Arc::clone(equations), Arc::clone(data), energy_weight)?;
+        Ok(Self { knots: self.knots.clone(), levels, bottom, vectors: Scratch::new() })
     }
 
     /// The finest knots, on which the unknowns live.

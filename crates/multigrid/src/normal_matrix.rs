@@ -2,35 +2,12 @@
 
 use rayon::prelude::*;
 use std::sync::Arc;
-use thiserror::Error;
 use zeroset_bspline::{Collocation, DerivativeEnergy};
 
+use crate::assembly_error::AssemblyError;
 use crate::band_pattern::BandPattern;
+use crate::cell_points::CellPoints;
 use crate::cholesky::{Analysis, Factor, FactorError};
-
-/// Why a normal matrix could not be assembled.
-#[derive(Debug, Clone, PartialEq, Error)]
-pub enum AssemblyError {
-    /// Collocation and energy belong to different knot vectors.
-    #[error("the points were collocated on {found:?} coefficients, the energy has {needed:?}")]
-    Shape {
-        /// Shape of the collocation.
-        found: Vec<usize>,
-        /// Shape of the energy.
-        needed: Vec<usize>,
-    },
-    /// Not one weight (or row) per point.
-    #[error("{found} weights were given for {needed} points")]
-    Weights {
-        /// Weights given.
-        found: usize,
-        /// Points there are.
-        needed: usize,
-    },
-    /// A weight is negative, NaN or infinite.
-    #[error("weight {0} is not a finite number of at least zero")]
-    BadWeight(usize),
-}
 
 /// The part of the normal equations that stays while weights change: the sparsity pattern, the entries of `H`, and,
 /// once it was needed, the symbolic analysis of the factorisation.
@@ -122,6 +99,22 @@ impl<const D: usize> NormalEquations<D> {
             self.pattern.add_outer_product(&mut entries, &first, &widths, &local);
         }
         Ok(NormalMatrix { pattern: Arc::clone(&self.pattern), entries })
+    }
+
+    /// The data term alone, of points that are sorted by cell; equal degrees.
+    pub(crate) fn data(&self, points: &CellPoints) -> Vec<f64> {
+        let mut entries = vec![0.0; self.energy.len()];
+        let widths = self.half_bandwidth.map(|half| half + 1);
+        points.for_each_matrix(|first, matrix| {
+            self.pattern.add_matrix(&mut entries, &self.pattern.multi_index(first), &widths, matrix);
+        });
+        entries
+    }
+
+    /// A data term and `w H`.
+    pub(crate) fn with_energy(&self, data: &[f64], energy_weight: f64) -> NormalMatrix<D> {
+        let entries = data.iter().zip(&self.energy).map(|(d, h)| d + energy_weight * h).collect();
+        NormalMatrix { pattern: Arc::clone(&self.pattern), entries }
     }
 
     /// Factors a matrix that was assembled here. The symbolic analysis is done at the first call.

@@ -1,7 +1,8 @@
 //! The normal operator without a matrix.
 
+use std::sync::Arc;
 use thiserror::Error;
-use zeroset_bspline::{Collocation, CollocationError, DerivativeEnergy, EnergyError, KnotVector};
+use zeroset_bspline::{CollocationError, DerivativeEnergy, EnergyError, KnotVector};
 
 use crate::cell_points::CellPoints;
 use crate::separable_energy::SeparableEnergy;
@@ -40,7 +41,7 @@ pub enum OperatorError {
 /// [assembled matrix](crate::NormalMatrix), and is the same for any number of threads.
 #[derive(Debug)]
 pub struct NormalOperator<const D: usize> {
-    points: CellPoints,
+    points: Arc<CellPoints>,
     energy: SeparableEnergy<D>,
     diagonal: Vec<f64>,
 }
@@ -70,11 +71,29 @@ impl<const D: usize> NormalOperator<D> {
         if !(energy_weight.is_finite() && energy_weight > 0.0) {
             return Err(OperatorError::BadEnergyWeight(energy_weight));
         }
-        let energy = DerivativeEnergy::thin_plate(knots)?;
-        let points = CellPoints::new(&Collocation::new(knots, points)?, weights);
-        let mut diagonal: Vec<f64> = energy.diagonal().iter().map(|h| energy_weight * h).collect();
+        let energy = SeparableEnergy::new(&DerivativeEnergy::thin_plate(knots)?, energy_weight);
+        Ok(Self::joined(Arc::new(CellPoints::new(knots, points, weights)?), energy))
+    }
+
+    fn joined(points: Arc<CellPoints>, energy: SeparableEnergy<D>) -> Self {
+        let mut diagonal = energy.diagonal();
         points.add_diagonal(&mut diagonal);
-        Ok(Self { points, energy: SeparableEnergy::new(&energy, energy_weight), diagonal })
+        Self { points, energy, diagonal }
+    }
+
+    /// The operator of the same points with another weight of the energy. Cheaper than a new one: the points are sorted.
+    ///
+    /// # Errors
+    /// If the weight is not positive and finite.
+    pub fn reweighted(&self, energy_weight: f64) -> Result<Self, OperatorError> {
+        if !(energy_weight.is_finite() && energy_weight > 0.0) {
+            return Err(OperatorError::BadEnergyWeight(energy_weight));
+        }
+        Ok(Self::joined(Arc::clone(&self.points), self.energy.reweighted(energy_weight)))
+    }
+
+    pub(crate) fn points(&self) -> &CellPoints {
+        &self.points
     }
 
     /// Number of control coefficients.
@@ -104,6 +123,7 @@ mod tests {
     use super::*;
     use crate::NormalEquations;
     use proptest::prelude::*;
+    use zeroset_bspline::Collocation;
 
     fn near(a: &[f64], b: &[f64]) -> bool {
         let size = b.iter().map(|v| v.abs()).fold(0.0, f64::max);
@@ -128,7 +148,7 @@ mod tests {
         }
         let size = knots.iter().map(KnotVector::basis_count).product();
         let x: Vec<f64> = x.iter().cycle().take(size).copied().collect();
-        let free = NormalOperator::new(&knots, &positions, &weights, w).unwrap();
+        let free = NormalOperator::new(&knots, &positions, &weights, 3.0 * w).unwrap().reweighted(w).unwrap();
         let equations = NormalEquations::new(&DerivativeEnergy::thin_plate(&knots).unwrap());
         let matrix = equations.weighted(&Collocation::new(&knots, &positions).unwrap(), &weights, w).unwrap();
         let mut y = vec![f64::NAN; size];
@@ -191,6 +211,13 @@ mod tests {
         assert_eq!(error(&[1.0, 2.0], 1.0), OperatorError::Weights { found: 2, needed: 1 });
         assert_eq!(error(&[-1.0], 1.0), OperatorError::BadWeight(0));
         assert_eq!(error(&[1.0], 0.0), OperatorError::BadEnergyWeight(0.0));
+        let operator = NormalOperator::new(&knots, &points, &[1.0], 1.0).unwrap();
+        assert_eq!(operator.reweighted(-1.0).unwrap_err(), OperatorError::BadEnergyWeight(-1.0));
+        let outside = CollocationError::Outside { index: 0, axis: 1 };
+        assert_eq!(
+            NormalOperator::new(&knots, &[[0.5, f64::NAN]], &[1.0], 1.0).unwrap_err(),
+            OperatorError::Collocation(outside)
+        );
         let mixed = [axis(3, 4, false), axis(2, 4, false)];
         assert_eq!(
             NormalOperator::new(&mixed, &points, &[1.0], 1.0).unwrap_err(),

@@ -2,9 +2,10 @@
 
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
+use std::sync::Arc;
 use zeroset_bspline::DerivativeEnergy;
 
-use crate::energy_kernel::{AxisStencils, BLOCK, Stack, along_line, sweep};
+use crate::energy_kernel::{AxisStencils, BLOCK, Entry, Stack, along_line, sweep};
 use crate::scratch::Scratch;
 
 /// `w H` for the thin-plate energy, as [`DerivativeEnergy::apply`] but without allocating and several times faster.
@@ -15,7 +16,7 @@ use crate::scratch::Scratch;
 pub(crate) struct SeparableEnergy<const D: usize> {
     shape: [usize; D],
     half: usize,
-    axes: [AxisStencils; D],
+    axes: Arc<[AxisStencils; D]>,
     weight: f64,
     /// Length of a padded line, and of a plane of them.
     line: usize,
@@ -34,7 +35,27 @@ impl<const D: usize> SeparableEnergy<D> {
         let line = shape[D - 1].next_multiple_of(BLOCK);
         let plane = line * shape[1..D - 1].iter().product::<usize>();
         let axes = std::array::from_fn(|axis| AxisStencils::new(energy, axis, half));
-        Self { shape, half, axes, weight, line, plane, partial: Scratch::new() }
+        Self { shape, half, axes: Arc::new(axes), weight, line, plane, partial: Scratch::new() }
+    }
+
+    /// The same with another weight.
+    pub(crate) fn reweighted(&self, weight: f64) -> Self {
+        Self { axes: Arc::clone(&self.axes), weight, partial: Scratch::new(), ..*self }
+    }
+
+    /// The diagonal of `w H`.
+    pub(crate) fn diagonal(&self) -> Vec<f64> {
+        let mut products = vec![[self.weight, 0.0, 0.0]];
+        for (axis, stencils) in self.axes.iter().enumerate() {
+            let entries: Vec<Entry> = (0..self.shape[axis]).map(|row| stencils.diagonal(row)).collect();
+            let next = |[e0, e1, e2]: &Entry| {
+                let extend = |[m, k, s]: &Entry| [m * e0, k * e0 + m * e1, s * e0 + 2.0 * k * e1 + m * e2];
+                entries.iter().map(extend).collect::<Vec<_>>()
+            };
+            let further = products.iter().flat_map(next);
+            products = further.collect();
+        }
+        products.into_iter().map(|[_, _, e2]| e2).collect()
     }
 
     /// `out = w H x`.
@@ -71,7 +92,7 @@ struct Within<'a, const D: usize> {
 
 impl<const D: usize> Within<'_, D> {
     #[inline(always)]
-    fn run<const P: usize, const T: usize>(self) {
+    fn run<S: Simd, const P: usize, const T: usize>(self, simd: S) {
         let Self { energy, partial, x, buffer } = self;
         let (line, plane) = (energy.line, energy.plane);
         let inner: usize = energy.shape[1..].iter().product();
@@ -87,11 +108,11 @@ impl<const D: usize> Within<'_, D> {
                 .zip(e2.chunks_exact_mut(line))
             {
                 padded[P..P + x.len()].copy_from_slice(x);
-                along_line::<P>(&energy.axes[D - 1], padded, [e0, e1, e2]);
+                along_line::<S, P>(simd, &energy.axes[D - 1], padded, [e0, e1, e2]);
             }
             if D == 3 {
                 let stack = Stack { data: lines, level: plane, row: line };
-                sweep::<P, T, true>(&energy.axes[1], stack, 0..energy.shape[1], line, out);
+                sweep::<S, P, T, true>(simd, &energy.axes[1], stack, 0..energy.shape[1], line, out);
             }
         }
     }
@@ -101,12 +122,12 @@ impl<const D: usize> WithSimd for Within<'_, D> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
+    fn with_simd<S: Simd>(self, simd: S) {
         match self.energy.half {
-            2 => self.run::<2, 5>(),
-            3 => self.run::<3, 7>(),
-            4 => self.run::<4, 9>(),
-            _ => self.run::<5, 11>(),
+            2 => self.run::<S, 2, 5>(simd),
+            3 => self.run::<S, 3, 7>(simd),
+            4 => self.run::<S, 4, 9>(simd),
+            _ => self.run::<S, 5, 11>(simd),
         }
     }
 }
@@ -122,13 +143,13 @@ struct Across<'a, const D: usize> {
 
 impl<const D: usize> Across<'_, D> {
     #[inline(always)]
-    fn run<const P: usize, const T: usize>(self) {
+    fn run<S: Simd, const P: usize, const T: usize>(self, simd: S) {
         let Self { energy, partial, first, out, buffer } = self;
         let (line, plane) = (energy.line, energy.plane);
         let inner: usize = energy.shape[1..].iter().product();
         let stack = Stack { data: partial, level: plane, row: 3 * plane };
         for (row, out) in (first..).zip(out.chunks_exact_mut(inner)) {
-            sweep::<P, T, false>(&energy.axes[0], stack, row..row + 1, plane, buffer);
+            sweep::<S, P, T, false>(simd, &energy.axes[0], stack, row..row + 1, plane, buffer);
             for (out, h) in out.chunks_exact_mut(energy.shape[D - 1]).zip(buffer.chunks_exact(line)) {
                 for (o, h) in out.iter_mut().zip(h) {
                     *o = energy.weight * h;
@@ -142,12 +163,12 @@ impl<const D: usize> WithSimd for Across<'_, D> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
+    fn with_simd<S: Simd>(self, simd: S) {
         match self.energy.half {
-            2 => self.run::<2, 5>(),
-            3 => self.run::<3, 7>(),
-            4 => self.run::<4, 9>(),
-            _ => self.run::<5, 11>(),
+            2 => self.run::<S, 2, 5>(simd),
+            3 => self.run::<S, 3, 7>(simd),
+            4 => self.run::<S, 4, 9>(simd),
+            _ => self.run::<S, 5, 11>(simd),
         }
     }
 }

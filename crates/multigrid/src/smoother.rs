@@ -9,13 +9,13 @@ use crate::spectrum::largest_eigenvalue;
 use crate::vectors::add_scaled;
 
 /// How much of its neighbours a coefficient loses along each axis.
-const FILTER: f64 = 0.25;
+const FILTER: f64 = 0.28;
 
 /// Degree of the polynomial, which is the number of steps before and after the coarse correction.
-const DEGREE: usize = 3;
+const DEGREE: usize = 2;
 
 /// The polynomial damps eigenvalues from the largest down to this share of it.
-const LOWER: f64 = 1.0 / 8.0;
+const LOWER: f64 = 1.0 / 16.0;
 
 /// Below this many coefficients tasks are not worth their overhead.
 const FEW: usize = 1 << 15;

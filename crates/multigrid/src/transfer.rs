@@ -108,6 +108,11 @@ impl<const D: usize> Transfer<D> {
         })
     }
 
+    /// Shape of the finer lattice.
+    pub(crate) fn fine(&self) -> [usize; D] {
+        self.fine
+    }
+
     /// `fine = P coarse`.
     pub(crate) fn prolong(&self, coarse: &[f64], fine: &mut [f64]) {
         let coarse_plane: usize = self.coarse[1..].iter().product();
