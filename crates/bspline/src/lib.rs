@@ -50,6 +50,7 @@ mod gauss_legendre;
 mod gram;
 mod knot_vector;
 mod lattice;
+mod local;
 mod refinement;
 mod spline;
 mod tensor;

@@ -5,7 +5,8 @@ use thiserror::Error;
 
 use crate::basis::Basis;
 use crate::knot_vector::{KnotError, KnotVector};
-use crate::tensor::{contract, strides};
+use crate::local::{Place, contract, value_and_gradient, weights};
+use crate::tensor::strides;
 
 /// Why a spline could not be made.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -117,10 +118,7 @@ impl<const D: usize> Spline<D> {
     /// `f(x)` and `∇f(x)`; all NaN outside the box.
     pub fn value_and_gradient(&self, x: &[f64; D]) -> (f64, [f64; D]) {
         match self.basis(x, 1) {
-            Some(basis) => (
-                self.partial(&basis, [0; D]),
-                std::array::from_fn(|a| self.partial(&basis, std::array::from_fn(|axis| usize::from(axis == a)))),
-            ),
+            Some(basis) => value_and_gradient(self.as_flat(), &Place::new(&strides(&self.shape), &basis), &basis),
             None => (f64::NAN, [f64::NAN; D]),
         }
     }
@@ -176,8 +174,6 @@ impl<const D: usize> Spline<D> {
     }
 
     fn partial(&self, basis: &[Basis; D], order: [usize; D]) -> f64 {
-        let first = basis.each_ref().map(|b| b.first);
-        let weights = std::array::from_fn(|axis| basis[axis].derivative(order[axis]));
-        contract(self.as_flat(), &strides(&self.shape), &first, &weights)
+        contract(self.as_flat(), &Place::new(&strides(&self.shape), basis), &weights(basis, order))
     }
 }

@@ -1,4 +1,4 @@
-//! Contractions of coefficient arrays with one small weight vector per axis, and passes along one axis.
+//! Strides of coefficient arrays, and passes along one axis.
 
 /// Strides of a C-ordered array.
 pub(crate) fn strides<const D: usize>(shape: &[usize; D]) -> [usize; D] {
@@ -7,53 +7,6 @@ pub(crate) fn strides<const D: usize>(shape: &[usize; D]) -> [usize; D] {
         strides[axis] = strides[axis + 1] * shape[axis + 1];
     }
     strides
-}
-
-/// `Σ c[first + k] Π weights[axis][k_axis]` over the box of weights.
-pub(crate) fn contract<const D: usize>(
-    coefficients: &[f64],
-    strides: &[usize; D],
-    first: &[usize; D],
-    weights: &[&[f64]; D],
-) -> f64 {
-    fn along(coefficients: &[f64], strides: &[usize], first: &[usize], weights: &[&[f64]]) -> f64 {
-        let mut sum = 0.0;
-        if weights.len() == 1 {
-            for (c, w) in coefficients[first[0]..].iter().zip(weights[0]) {
-                sum += c * w;
-            }
-        } else {
-            for (k, w) in weights[0].iter().enumerate() {
-                let rest = &coefficients[(first[0] + k) * strides[0]..];
-                sum += w * along(rest, &strides[1..], &first[1..], &weights[1..]);
-            }
-        }
-        sum
-    }
-    along(coefficients, strides, first, weights)
-}
-
-/// Adds `factor · Π weights[axis][k_axis]` to `out[first + k]`: the transpose of [`contract`].
-pub(crate) fn scatter<const D: usize>(
-    out: &mut [f64],
-    strides: &[usize; D],
-    first: &[usize; D],
-    weights: &[&[f64]; D],
-    factor: f64,
-) {
-    fn along(out: &mut [f64], strides: &[usize], first: &[usize], weights: &[&[f64]], factor: f64) {
-        if weights.len() == 1 {
-            for (o, w) in out[first[0]..].iter_mut().zip(weights[0]) {
-                *o += factor * w;
-            }
-        } else {
-            for (k, w) in weights[0].iter().enumerate() {
-                let rest = &mut out[(first[0] + k) * strides[0]..];
-                along(rest, &strides[1..], &first[1..], &weights[1..], factor * w);
-            }
-        }
-    }
-    along(out, strides, first, weights, factor);
 }
 
 /// Applies a row-banded matrix along one axis of a C-ordered array of `shape`: the separable pass of which lattice
