@@ -43,7 +43,7 @@ pub(crate) struct CellPoints {
 const SLAB: usize = 5;
 
 /// Below this many points tasks are not worth their overhead.
-const FEW: usize = 2048;
+const FEW: usize = 4096;
 
 impl CellPoints {
     /// Sorts the points. All knots have the same degree; `weights` are finite and not negative.
@@ -149,6 +149,11 @@ impl CellPoints {
         self.by_slabs(out, |cells, out, before| self.task(cells, before).add_diagonal(out));
     }
 
+    /// Whether one thread does better alone.
+    pub(crate) fn is_small(&self) -> bool {
+        self.values.len() < FEW * (self.depth + 2 * self.width)
+    }
+
     fn task<'p>(&'p self, cells: &'p [Cell], before: usize) -> CellTask<'p> {
         CellTask {
             shape: (self.depth, self.width),
@@ -170,7 +175,7 @@ impl CellPoints {
                     add(&self.cells[cells.clone()], out, start + pair * two);
                 }
             };
-            if self.cells.len() < FEW / 4 {
+            if self.is_small() {
                 out[start..].chunks_mut(two).enumerate().for_each(visit);
             } else {
                 out[start..].par_chunks_mut(two).enumerate().for_each(visit);

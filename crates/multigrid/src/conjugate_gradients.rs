@@ -46,8 +46,12 @@ impl<const D: usize> Multigrid<D> {
     /// If `right` or `x` do not have one entry per unknown.
     #[track_caller]
     pub fn solve(&self, right: &[f64], x: &mut [f64], options: &SolveOptions) -> SolveReport {
+        assert!(right.len() == self.size() && x.len() == self.size(), "one entry per unknown");
+        self.operator().in_pool(|| self.iterate(right, x, options))
+    }
+
+    fn iterate(&self, right: &[f64], x: &mut [f64], options: &SolveOptions) -> SolveReport {
         let size = self.size();
-        assert!(right.len() == size && x.len() == size, "one entry per unknown");
         let (mut residual, mut z, mut applied) = (right.to_vec(), vec![0.0; size], vec![0.0; size]);
         let from_zero = x.iter().all(|x| *x == 0.0);
         if !from_zero {

@@ -49,7 +49,7 @@ struct Level<const D: usize> {
 impl<const D: usize> Level<D> {
     /// `transfer` goes to the next coarser level.
     fn new(operator: NormalOperator<D>, transfer: Arc<Transfer<D>>) -> Self {
-        Self { smoother: Smoother::new(transfer.fine(), &operator), operator, transfer }
+        Self { smoother: operator.in_pool(|| Smoother::new(transfer.fine(), &operator)), operator, transfer }
     }
 }
 
@@ -151,7 +151,9 @@ impl<const D: usize> Multigrid<D> {
     pub fn precondition(&self, residual: &[f64], z: &mut [f64]) {
         assert!(residual.len() == self.size() && z.len() == self.size(), "one entry per unknown");
         let vectors = || self.levels.iter().map(|level| Vectors::new(level.operator.size())).collect();
-        self.vectors.with(vectors, |vectors| self.cycle(&self.levels, vectors, residual, z));
+        self.operator().in_pool(|| {
+            self.vectors.with(vectors, |vectors| self.cycle(&self.levels, vectors, residual, z));
+        });
     }
 
     fn cycle(&self, levels: &[Level<D>], vectors: &mut [Vectors], right: &[f64], z: &mut [f64]) {

@@ -108,8 +108,16 @@ impl<const D: usize> NormalOperator<D> {
     #[track_caller]
     pub fn apply(&self, x: &[f64], y: &mut [f64]) {
         assert!(x.len() == self.size() && y.len() == self.size(), "one entry per coefficient");
-        self.energy.apply(x, y);
-        self.points.add_applied(x, y);
+        self.in_pool(|| {
+            self.energy.apply(x, y);
+            self.points.add_applied(x, y);
+        });
+    }
+
+    /// Runs work among the threads at once, where the operator is large enough for them: otherwise every parallel loop
+    /// would have to wake them.
+    pub(crate) fn in_pool<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
+        if self.energy.is_small() && self.points.is_small() { work() } else { rayon::scope(|_| work()) }
     }
 
     /// The diagonal of `A`.

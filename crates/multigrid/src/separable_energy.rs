@@ -58,25 +58,38 @@ impl<const D: usize> SeparableEnergy<D> {
         products.into_iter().map(|[_, _, e2]| e2).collect()
     }
 
+    /// Whether one thread does better alone.
+    pub(crate) fn is_small(&self) -> bool {
+        self.shape.iter().product::<usize>() < FEW
+    }
+
     /// `out = w H x`.
     pub(crate) fn apply(&self, x: &[f64], out: &mut [f64]) {
         let planes = self.shape[0];
+        let inner = out.len() / planes;
+        let each = FEW / 4 / inner + 1;
+        let within_buffer = || vec![0.0; 3 * self.plane + self.line + 2 * self.half];
+        let within = |buffer: &mut Vec<f64>, (partial, x): (&mut [f64], &[f64])| {
+            Arch::new().dispatch(Within { energy: self, partial, x, buffer });
+        };
+        let across_buffer = || vec![0.0; self.plane];
         self.partial.with(
             || vec![0.0; 3 * planes * self.plane],
             |partial| {
-                let partial = &mut partial[..];
-                let inner = out.len() / planes;
-                let each = if out.len() < FEW { planes } else { FEW / 4 / inner + 1 };
-                partial.par_chunks_mut(3 * self.plane * each).zip(x.par_chunks(inner * each)).for_each_init(
-                    || vec![0.0; 3 * self.plane + self.line + 2 * self.half],
-                    |buffer, (partial, x)| Arch::new().dispatch(Within { energy: self, partial, x, buffer }),
-                );
-                out.par_chunks_mut(inner * each).enumerate().for_each_init(
-                    || vec![0.0; self.plane],
-                    |buffer, (chunk, out)| {
-                        Arch::new().dispatch(Across { energy: self, partial, first: chunk * each, out, buffer });
-                    },
-                );
+                if self.is_small() {
+                    within(&mut within_buffer(), (partial, x));
+                } else {
+                    let partial = partial.par_chunks_mut(3 * self.plane * each);
+                    partial.zip(x.par_chunks(inner * each)).for_each_init(within_buffer, within);
+                }
+                let across = |buffer: &mut Vec<f64>, (chunk, out): (usize, &mut [f64])| {
+                    Arch::new().dispatch(Across { energy: self, partial, first: chunk * each, out, buffer });
+                };
+                if self.is_small() {
+                    across(&mut across_buffer(), (0, out));
+                } else {
+                    out.par_chunks_mut(inner * each).enumerate().for_each_init(across_buffer, across);
+                }
             },
         );
     }

@@ -98,33 +98,31 @@ impl<const D: usize> Smoother<D> {
     /// `d ← α d + β B r`, and `x ← x + d`.
     fn direction(&self, r: &[f64], alpha: f64, beta: f64, d: &mut [f64], x: Option<&mut [f64]>) {
         let plane: usize = self.shape[1..].iter().product();
-        let each = if r.len() < FEW { self.shape[0] } else { 4 };
+        let (last, few, chunk) = (self.shape[D - 1], r.len() < FEW, 4 * plane);
+        let within = |buffer: &mut Vec<f64>, (out, (r, scale)): (&mut [f64], (&[f64], &[f64]))| {
+            Arch::new().dispatch(Within { r, scale, last, plane, deep: D == 3, out, buffer });
+        };
         self.partial.with(
             || vec![0.0; r.len()],
             |partial| {
-                partial[..]
-                    .par_chunks_mut(each * plane)
-                    .zip(r.par_chunks(each * plane).zip(self.scale.par_chunks(each * plane)))
-                    .for_each_init(
-                        || vec![0.0; plane],
-                        |buffer, (out, (r, scale))| {
-                            let last = self.shape[D - 1];
-                            Arch::new().dispatch(Within { r, scale, last, plane, deep: D == 3, out, buffer });
-                        },
-                    );
-                let partial = &partial[..];
-                let across = |chunk: usize, d: &mut [f64], x: Option<&mut [f64]>| {
-                    let first = chunk * each;
-                    let scale = &self.scale[first * plane..first * plane + d.len()];
-                    Arch::new().dispatch(Across { partial, scale, first, plane, alpha, beta, d, x });
+                if few {
+                    within(&mut vec![0.0; plane], (partial, (r, &self.scale)));
+                } else {
+                    let input = r.par_chunks(chunk).zip(self.scale.par_chunks(chunk));
+                    partial.par_chunks_mut(chunk).zip(input).for_each_init(|| vec![0.0; plane], within);
+                }
+                let across = |first: usize, d: &mut [f64], x: Option<&mut [f64]>| {
+                    let scale = &self.scale[first..first + d.len()];
+                    Arch::new().dispatch(Across { partial, scale, first: first / plane, plane, alpha, beta, d, x });
                 };
                 match x {
+                    x if few => across(0, d, x),
                     Some(x) => d
-                        .par_chunks_mut(each * plane)
-                        .zip(x.par_chunks_mut(each * plane))
+                        .par_chunks_mut(chunk)
+                        .zip(x.par_chunks_mut(chunk))
                         .enumerate()
-                        .for_each(|(chunk, (d, x))| across(chunk, d, Some(x))),
-                    None => d.par_chunks_mut(each * plane).enumerate().for_each(|(chunk, d)| across(chunk, d, None)),
+                        .for_each(|(index, (d, x))| across(index * chunk, d, Some(x))),
+                    None => d.par_chunks_mut(chunk).enumerate().for_each(|(index, d)| across(index * chunk, d, None)),
                 }
             },
         );

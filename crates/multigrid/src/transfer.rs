@@ -72,6 +72,9 @@ pub(crate) struct Transfer<const D: usize> {
     buffer: Scratch<Vec<f64>>,
 }
 
+/// Planes per task.
+const CHUNK: usize = 4;
+
 /// Below this many fine coefficients tasks are not worth their overhead.
 const FEW: usize = 1 << 15;
 
@@ -115,63 +118,59 @@ impl<const D: usize> Transfer<D> {
 
     /// `fine = P coarse`.
     pub(crate) fn prolong(&self, coarse: &[f64], fine: &mut [f64]) {
-        let coarse_plane: usize = self.coarse[1..].iter().product();
-        let fine_plane: usize = self.fine[1..].iter().product();
-        let between = if D == 3 { self.fine[1] * self.coarse[2] } else { 0 };
-        let each = self.planes_each(fine.len());
-        fine.par_chunks_mut(each * fine_plane).enumerate().for_each_init(
-            || vec![0.0; coarse_plane + between],
-            |buffer, (chunk, fine)| {
-                let (plane, lines) = buffer.split_at_mut(coarse_plane);
-                for (i, out) in (chunk * each..).zip(fine.chunks_exact_mut(fine_plane)) {
-                    self.up[0].apply_row(i, |k| &coarse[k * coarse_plane..(k + 1) * coarse_plane], plane);
-                    if D == 3 {
-                        self.up[1].apply(plane, self.coarse[2], lines);
-                        last_axis(&self.up[2], lines, self.coarse[2], out, self.fine[2]);
-                    } else {
-                        self.up[1].apply(plane, 1, out);
-                    }
+        let (coarse_plane, fine_plane, between) = self.plane_sizes();
+        let buffer = || vec![0.0; coarse_plane + between];
+        let work = |buffer: &mut Vec<f64>, (chunk, fine): (usize, &mut [f64])| {
+            let (plane, lines) = buffer.split_at_mut(coarse_plane);
+            for (i, out) in (chunk * CHUNK..).zip(fine.chunks_exact_mut(fine_plane)) {
+                self.up[0].apply_row(i, |k| &coarse[k * coarse_plane..(k + 1) * coarse_plane], plane);
+                if D == 3 {
+                    self.up[1].apply(plane, self.coarse[2], lines);
+                    last_axis(&self.up[2], lines, self.coarse[2], out, self.fine[2]);
+                } else {
+                    self.up[1].apply(plane, 1, out);
                 }
-            },
-        );
+            }
+        };
+        if fine.len() < FEW {
+            work(&mut buffer(), (0, fine));
+        } else {
+            fine.par_chunks_mut(CHUNK * fine_plane).enumerate().for_each_init(buffer, work);
+        }
     }
 
     /// `coarse = Pᵀ fine`.
     pub(crate) fn restrict(&self, fine: &[f64], coarse: &mut [f64]) {
-        let coarse_plane: usize = self.coarse[1..].iter().product();
-        let fine_plane: usize = self.fine[1..].iter().product();
-        let between = if D == 3 { self.fine[1] * self.coarse[2] } else { 0 };
-        let each = self.planes_each(fine.len());
+        let (coarse_plane, fine_plane, between) = self.plane_sizes();
+        let buffer = || vec![0.0; between];
+        let within = |lines: &mut Vec<f64>, (partial, fine): (&mut [f64], &[f64])| {
+            for (out, plane) in partial.chunks_exact_mut(coarse_plane).zip(fine.chunks_exact(fine_plane)) {
+                if D == 3 {
+                    last_axis(&self.down[2], plane, self.fine[2], lines, self.coarse[2]);
+                    self.down[1].apply(lines, self.coarse[2], out);
+                } else {
+                    self.down[1].apply(plane, 1, out);
+                }
+            }
+        };
         self.buffer.with(
             || vec![0.0; self.fine[0] * coarse_plane],
             |partial| {
-                partial[..].par_chunks_mut(each * coarse_plane).zip(fine.par_chunks(each * fine_plane)).for_each_init(
-                    || vec![0.0; between],
-                    |lines, (partial, fine)| {
-                        let planes = partial.chunks_exact_mut(coarse_plane);
-                        for (out, plane) in planes.zip(fine.chunks_exact(fine_plane)) {
-                            if D == 3 {
-                                last_axis(&self.down[2], plane, self.fine[2], lines, self.coarse[2]);
-                                self.down[1].apply(lines, self.coarse[2], out);
-                            } else {
-                                self.down[1].apply(plane, 1, out);
-                            }
-                        }
-                    },
-                );
-                let plane = |k: usize| &partial[k * coarse_plane..(k + 1) * coarse_plane];
-                let few = each.div_ceil(2);
-                coarse.par_chunks_mut(few * coarse_plane).enumerate().for_each(|(chunk, coarse)| {
-                    for (i, out) in (chunk * few..).zip(coarse.chunks_exact_mut(coarse_plane)) {
-                        self.down[0].apply_row(i, plane, out);
-                    }
-                });
+                if fine.len() < FEW {
+                    within(&mut buffer(), (partial, fine));
+                } else {
+                    let partial = partial.par_chunks_mut(CHUNK * coarse_plane);
+                    partial.zip(fine.par_chunks(CHUNK * fine_plane)).for_each_init(buffer, within);
+                }
+                self.down[0].apply(partial, coarse_plane, coarse);
             },
         );
     }
 
-    fn planes_each(&self, fine: usize) -> usize {
-        if fine < FEW { self.fine[0] } else { 4 }
+    /// Coefficients of a plane across the first axis: coarse, fine, and fine only along the second axis.
+    fn plane_sizes(&self) -> (usize, usize, usize) {
+        let between = if D == 3 { self.fine[1] * self.coarse[2] } else { 0 };
+        (self.coarse[1..].iter().product(), self.fine[1..].iter().product(), between)
     }
 }
 

@@ -181,3 +181,22 @@ fn points_on_a_line_are_refused() {
     let error = Multigrid::new(&knots::<2>(8), 1, &points, &[0.0; 30], 1e-3).unwrap_err();
     assert_eq!(error, MultigridError::Factor(FactorError::NotPositiveDefinite));
 }
+
+#[test]
+fn threads_change_no_byte() {
+    // Large enough for every loop to be shared out.
+    let run = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| {
+            let solver = multigrid::<3>(8, 2, 6000);
+            let right = noise(solver.size(), 4);
+            let (mut z, mut y) = (vec![0.0; solver.size()], vec![0.0; solver.size()]);
+            solver.precondition(&right, &mut z);
+            solver.apply(&z, &mut y);
+            let mut x = vec![0.0; solver.size()];
+            let report = solver.solve(&right, &mut x, &SolveOptions { tolerance: 0.1, ..SolveOptions::default() });
+            (z, y, x, report)
+        })
+    };
+    assert!(run(1) == run(3));
+}
