@@ -1,0 +1,52 @@
+/// What cannot be summed, and what to do about it.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum WindingError {
+    /// A point, area vector or query with NaN, infinity or a magnitude beyond [`crate::LARGEST`]: clean the input, or
+    /// map it to a frame of about unit size.
+    #[error("{what} {index} is {value:?}: components must be finite and at most 1e60 in magnitude")]
+    OutOfRange {
+        /// "point", "area vector" or "query".
+        what: &'static str,
+        /// Its place in the input, from 0.
+        index: usize,
+        /// Its components.
+        value: Vec<f64>,
+    },
+    /// As many area vectors as points are needed, in the same order.
+    #[error("{area_vectors} area vectors for {points} points: give one for each point")]
+    CountMismatch {
+        /// The number of points in the tree.
+        points: usize,
+        /// The number of area vectors given.
+        area_vectors: usize,
+    },
+    /// The tolerance must be positive, the regularisation at least zero, both finite.
+    #[error("option `{option}` is {value}: it must be {range}")]
+    Option {
+        /// The field of [`crate::Options`].
+        option: &'static str,
+        /// The value given.
+        value: f64,
+        /// The values that it may have.
+        range: &'static str,
+    },
+    /// Nodes and points are numbered by 32 bits.
+    #[error("{points} points are more than 2^32 - 1: take a subset")]
+    TooMany {
+        /// The number of points or queries given.
+        points: usize,
+    },
+}
+
+/// The largest magnitude of a component of a point, an area vector or a query. Powers of distances stay finite.
+pub const LARGEST: f64 = 1e60;
+
+/// Refuses components that are not finite or beyond [`LARGEST`].
+pub(crate) fn check<const D: usize>(what: &'static str, vectors: &[[f64; D]]) -> Result<(), WindingError> {
+    // A NaN fails every comparison.
+    let fits = |v: &[f64; D]| v.iter().all(|x| x.abs() <= LARGEST);
+    match vectors.iter().position(|v| !fits(v)) {
+        Some(index) => Err(WindingError::OutOfRange { what, index, value: vectors[index].to_vec() }),
+        None => Ok(()),
+    }
+}
