@@ -1,5 +1,7 @@
 //! The sum over all points, term by term.
 
+use crate::multipole::Source;
+
 /// Squared distances are kept from falling below this: a query at a point without regularisation gets nothing from it,
 /// for the flux is zero there, instead of 0 · ∞.
 pub(crate) const SMALLEST_SQUARE: f64 = 1e-200;
@@ -10,14 +12,9 @@ pub(crate) fn sphere<const D: usize>() -> f64 {
 }
 
 /// W at `x` times the area of the unit sphere; `regular` is ε².
-pub(crate) fn direct_sum<const D: usize>(
-    points: &[[f64; D]],
-    area_vectors: &[[f64; D]],
-    regular: f64,
-    x: &[f64; D],
-) -> f64 {
+pub(crate) fn direct_sum<const D: usize>(sources: &[Source<D>], regular: f64, x: &[f64; D]) -> f64 {
     let mut sum = 0.0;
-    for (point, area) in points.iter().zip(area_vectors) {
+    for [point, area] in sources {
         let (mut square, mut flux) = (regular, 0.0);
         for axis in 0..D {
             let away = point[axis] - x[axis];

@@ -25,7 +25,12 @@
 //! # Ok::<(), zeroset_winding::WindingError>(())
 //! ```
 
+mod batch;
 mod direct_sum;
+mod multi_index;
+mod multipole;
+mod opening;
+mod partition;
 mod tree;
 mod winding;
 mod winding_error;

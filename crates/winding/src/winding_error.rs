@@ -3,7 +3,7 @@
 pub enum WindingError {
     /// A point, area vector or query with NaN, infinity or a magnitude beyond [`crate::LARGEST`]: clean the input, or
     /// map it to a frame of about unit size.
-    #[error("{what} {index} is {value:?}: components must be finite and at most 1e60 in magnitude")]
+    #[error("{what} {index} is {value:?}: components must be finite and at most 1e50 in magnitude")]
     OutOfRange {
         /// "point", "area vector" or "query".
         what: &'static str,
@@ -20,7 +20,7 @@ pub enum WindingError {
         /// The number of area vectors given.
         area_vectors: usize,
     },
-    /// The tolerance must be positive, the regularisation at least zero, both finite.
+    /// An option is out of its range.
     #[error("option `{option}` is {value}: it must be {range}")]
     Option {
         /// The field of [`crate::Options`].
@@ -39,7 +39,7 @@ pub enum WindingError {
 }
 
 /// The largest magnitude of a component of a point, an area vector or a query. Powers of distances stay finite.
-pub const LARGEST: f64 = 1e60;
+pub const LARGEST: f64 = 1e50;
 
 /// Refuses components that are not finite or beyond [`LARGEST`].
 pub(crate) fn check<const D: usize>(what: &'static str, vectors: &[[f64; D]]) -> Result<(), WindingError> {
