@@ -2,8 +2,8 @@
 
 use crate::multipole::Source;
 
-/// Squared distances are kept from falling below this: a query at a point without regularisation gets nothing from it,
-/// for the flux is zero there, instead of 0 · ∞.
+/// Squared distances are kept from falling below this. At a point itself the flux is zero, so that without regularisation
+/// it adds nothing there, instead of 0 · ∞.
 pub(crate) const SMALLEST_SQUARE: f64 = 1e-200;
 
 /// The area of the unit sphere, 4π, or the length of the unit circle, 2π.

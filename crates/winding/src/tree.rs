@@ -22,7 +22,7 @@ impl Default for Options {
 }
 
 /// The most points of a leaf: below, one expansion costs more than the points themselves.
-const LEAF: usize = 16;
+const LEAF: usize = 32;
 
 /// Points in the order of a tree of boxes: all that does not depend on normals.
 #[derive(Debug, Clone)]

@@ -23,7 +23,6 @@ pub struct Winding<'a, const D: usize> {
 }
 
 /// What a batch of queries interacts with: filled anew for each, kept for its memory.
-#[derive(Default)]
 struct Interactions<'a, const D: usize> {
     far: Vec<([f64; D], &'a [f64])>,
     near: Vec<&'a [Source<D>]>,
@@ -41,8 +40,8 @@ impl<const D: usize> Winding<'_, D> {
 
     /// W at each of `queries` (`M × D`), in their order; parallel.
     ///
-    /// Queries that lie near each other share what is near and what is far, so values depend, within the tolerance, on the
-    /// other queries, but not on their order.
+    /// Queries that lie near each other share what is near and what is far: values depend, within the tolerance, on the
+    /// other queries, but not on the order of distinct ones.
     ///
     /// # Errors
     /// A coordinate that is not finite or beyond [`crate::LARGEST`]; more than 2³² − 1 queries.

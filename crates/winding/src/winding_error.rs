@@ -30,19 +30,24 @@ pub enum WindingError {
         /// The values that it may have.
         range: &'static str,
     },
-    /// Nodes and points are numbered by 32 bits.
-    #[error("{points} points are more than 2^32 - 1: take a subset")]
+    /// Places in the input are numbered by 32 bits.
+    #[error("{count} times {what} is more than 2^32 - 1: take a part of them")]
     TooMany {
-        /// The number of points or queries given.
-        points: usize,
+        /// "point", "area vector" or "query".
+        what: &'static str,
+        /// How many were given.
+        count: usize,
     },
 }
 
 /// The largest magnitude of a component of a point, an area vector or a query. Powers of distances stay finite.
 pub const LARGEST: f64 = 1e50;
 
-/// Refuses components that are not finite or beyond [`LARGEST`].
+/// Refuses components that are not finite or beyond [`LARGEST`], and more vectors than can be numbered.
 pub(crate) fn check<const D: usize>(what: &'static str, vectors: &[[f64; D]]) -> Result<(), WindingError> {
+    if vectors.len() > u32::MAX as usize {
+        return Err(WindingError::TooMany { what, count: vectors.len() });
+    }
     // A NaN fails every comparison.
     let fits = |v: &[f64; D]| v.iter().all(|x| x.abs() <= LARGEST);
     match vectors.iter().position(|v| !fits(v)) {
