@@ -182,3 +182,28 @@ fn area_vectors_much_too_large() -> Result<(), WindingError> {
     let area_vectors = points.iter().map(|_| random.direction()).collect();
     Cloud { points, area_vectors, spacing: 0.003 }.check("unit normals in 2D")
 }
+
+#[test]
+fn all_terms_of_one_sign() -> Result<(), WindingError> {
+    // Directions away from one place: there no term cancels another, W is the largest that these areas allow.
+    let place = [0.2, 0.9, -0.1];
+    let mut random = Random(5);
+    let mut cloud = sphere(20_000, 1.0);
+    for point in cloud.points.iter_mut().step_by(2) {
+        // Half of them scattered in the inside.
+        let shrunk = random.next().cbrt();
+        *point = point.map(|x| x * shrunk);
+    }
+    for (point, area) in cloud.points.iter().zip(&mut cloud.area_vectors) {
+        let away = along(point, -1.0, &place);
+        *area = away.map(|x| x * norm(area) / norm(&away));
+    }
+    let queries: Vec<[f64; 3]> = (0..64).map(|_| along(&place, 0.01 * random.next(), &random.direction())).collect();
+    let tree = Tree::new(&cloud.points, Options { regularisation: cloud.spacing, ..Options::default() })?;
+    let winding = tree.with_normals(&cloud.area_vectors)?;
+    let (fast, direct) = (winding.evaluate(&queries)?, winding.evaluate_direct(&queries)?);
+    for (f, d) in fast.iter().zip(&direct) {
+        assert!((f - d).abs() <= TOLERANCE && *d > 1.0, "{f} instead of {d}");
+    }
+    Ok(())
+}
