@@ -220,8 +220,9 @@ mod tests {
                 if degree > 1 { fine = fine.with_knot(i % 2, *knot).unwrap(); }
             }
             let (a, b) = (coarse.jet(&x), fine.jet(&x));
-            // Convex combinations: nothing but rounding in the value; derivatives lose a factor of the closest knots' distance.
-            prop_assert!((a.value - b.value).abs() < 1e-13);
+            // Convex combinations, at most ten of six terms in each of two axes: rounding in the value is below 1e-12 even
+            // for knots that nearly coincide; derivatives lose a factor of the closest knots' distance.
+            prop_assert!((a.value - b.value).abs() < 1e-12);
             let closest = fine.knots().iter().flat_map(|k| k.cells().map(|(_, s, e)| e - s)).fold(1.0, f64::min);
             for axis in 0..2 {
                 prop_assert!((a.gradient[axis] - b.gradient[axis]).abs() < 1e-12 / closest);
