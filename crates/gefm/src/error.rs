@@ -2,7 +2,8 @@
 
 use thiserror::Error;
 use zeroset_bspline::{CollocationError, EnergyError, SplineError};
-use zeroset_multigrid::{AssemblyError, FactorError};
+use zeroset_multigrid::{AssemblyError, FactorError, MultigridError};
+use zeroset_winding::WindingError;
 
 /// Why a generalized eigenvector fit failed.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -47,4 +48,10 @@ pub enum GefmError {
     /// The result is not a valid spline.
     #[error(transparent)]
     Spline(#[from] SplineError),
+    /// The solver on nested lattices could not be set up.
+    #[error(transparent)]
+    Multigrid(#[from] MultigridError),
+    /// Winding numbers could not be computed.
+    #[error(transparent)]
+    Winding(#[from] WindingError),
 }

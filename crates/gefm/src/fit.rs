@@ -96,14 +96,8 @@ pub fn fit<const D: usize>(
 
     let norms: Vec<f64> = collocation.gradients(&f).iter().map(|g| dot(g, g).sqrt()).collect();
     let count = norms.len() as f64;
-    let mean_square = norms.iter().map(|n| n * n).sum::<f64>() / count;
     let mean = norms.iter().sum::<f64>() / count;
-    if !(mean_square.is_finite() && mean > 0.0) {
-        return Err(GefmError::NoGradient);
-    }
-    let outward = enclosed_volume(&collocation, points, areas, &f) >= 0.0;
-    let scale = if outward { 1.0 } else { -1.0 } / mean_square.sqrt();
-    f.iter_mut().for_each(|c| *c *= scale);
+    let spline = normalise(&collocation, points, areas, knots, f)?;
     let report = Report {
         energy_weight,
         eigenvector,
@@ -114,7 +108,26 @@ pub fn fit<const D: usize>(
         ],
         weak: norms.iter().filter(|&&n| n < 0.1 * mean).count() as f64 / count,
     };
-    Ok((Spline::from_flat(knots.clone(), f)?, report))
+    Ok((spline, report))
+}
+
+/// Settles the global sign and scales so that `mean ‖∇f(Pᵢ)‖² = 1`, equation (8).
+pub(crate) fn normalise<const D: usize>(
+    collocation: &Collocation<D>,
+    points: &[[f64; D]],
+    areas: &[f64],
+    knots: &[KnotVector; D],
+    mut f: Vec<f64>,
+) -> Result<Spline<D>, GefmError> {
+    let gradients = collocation.gradients(&f);
+    let mean_square = gradients.iter().map(|g| dot(g, g)).sum::<f64>() / gradients.len() as f64;
+    if !(mean_square.is_finite() && mean_square > 0.0) {
+        return Err(GefmError::NoGradient);
+    }
+    let outward = enclosed_volume(collocation, points, areas, &f) >= 0.0;
+    let scale = if outward { 1.0 } else { -1.0 } / mean_square.sqrt();
+    f.iter_mut().for_each(|c| *c *= scale);
+    Ok(Spline::from_flat(knots.clone(), f)?)
 }
 
 #[cfg(test)]

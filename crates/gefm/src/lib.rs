@@ -38,15 +38,22 @@
 mod eigenvector_fit;
 mod error;
 mod fit;
+mod ladder;
 mod lanczos;
+mod normal_solver;
 mod orientation;
 mod p_continuation;
+mod referee;
 mod tridiagonal;
 
 pub use eigenvector_fit::{EigenvectorIteration, EigenvectorOptions, EigenvectorReport, eigenvector_fit};
 pub use error::GefmError;
 pub use fit::{Options, Report, fit};
+pub use ladder::{Candidate, LadderOptions, LadderReport, climb};
 pub use lanczos::EigenpairSummary;
+pub use normal_solver::NormalSolver;
 pub use p_continuation::{ContinuationOptions, ContinuationReport, ContinuationStage, continue_exponent};
+
+pub use referee::{Judgement, Referee};
 
 pub use zeroset_multigrid::NormalEquations;

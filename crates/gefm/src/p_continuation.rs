@@ -8,14 +8,15 @@
 //! ```
 //!
 //! is the same problem for p = 2 and gives every point the same say for p = 1. For p ≥ 1 `J_p` is convex, so that
-//! maximising its linearisation never lets it fall: `f ← A⁻¹ Σ aᵢ Gᵢᵀ ‖gᵢ‖ᵖ⁻² gᵢ`, scaled, with the same factor each time.
+//! maximising its linearisation never lets it fall: `f ← A⁻¹ Σ aᵢ Gᵢᵀ ‖gᵢ‖ᵖ⁻² gᵢ`, scaled, with the same `A` each time.
+//! That holds for inexact solves too, as long as they do not lower `bᵀf / √(fᵀAf)`: see [`NormalSolver`].
 
 use serde::Serialize;
 use zeroset_bspline::Collocation;
-use zeroset_multigrid::Factor;
 
 use crate::error::GefmError;
 use crate::lanczos::dot;
+use crate::normal_solver::NormalSolver;
 
 /// Settings of [`continue_exponent`].
 #[derive(Debug, Clone, PartialEq)]
@@ -56,13 +57,13 @@ pub struct ContinuationReport {
     pub stages: Vec<ContinuationStage>,
 }
 
-/// Continues from coefficients `f` (an eigenvector, p = 2) down to the last exponent, with the factor of `A` for θ = 1.
+/// Continues from coefficients `f` (an eigenvector, p = 2) down to the last exponent, with a solver of `A` for θ = 1.
 ///
 /// # Errors
 /// If an exponent lies outside `[1, 2]`, or all gradients vanish.
 pub fn continue_exponent<const D: usize>(
     collocation: &Collocation<D>,
-    factor: &Factor,
+    solver: &impl NormalSolver,
     areas: &[f64],
     mut f: Vec<f64>,
     options: &ContinuationOptions,
@@ -89,8 +90,7 @@ pub fn continue_exponent<const D: usize>(
                 .collect();
             let mut right = vec![0.0; f.len()];
             collocation.add_gradients_transposed(&pulls, &mut right);
-            f = factor.solve(&right);
-            let energy = dot(&f, &right);
+            let energy = solver.solve(&right, &mut f);
             if !(energy.is_finite() && energy > 0.0) {
                 return Err(GefmError::NoGradient);
             }

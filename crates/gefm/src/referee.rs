@@ -1,0 +1,180 @@
+//! The referee: winding numbers judge an orientation without knowing f.
+//!
+//! With outward normals `nᵢ` and areas `aᵢ`, `W(X) = Σ aᵢ nᵢ·(Pᵢ − X) / (4π ‖Pᵢ − X‖³)` (in 2D over `2π ‖Pᵢ − X‖²`) is 1
+//! inside, 0 outside, and ½ at the points. Three things follow, and three are measured:
+//!
+//! - at the points W is ½. (A patch on the wrong side is seen at its rim and, through its curvature, within; two walls
+//!   that face the same way add up to 0 or 1.) Nothing needs to be chosen: neither a step off the surface nor its sign;
+//! - away from the points `W > ½` and `f < 0` are the same region;
+//! - and that region is not empty where f has an inside.
+//!
+//! Areas come from the distances between neighbours, which noise enlarges; so W is first divided by the number that makes
+//! it 1 on average where f is negative.
+
+use kiddo::{ImmutableKdTree, SquaredEuclidean};
+use serde::Serialize;
+use zeroset_bspline::{Derivatives, KnotVector, Spline};
+use zeroset_winding::{Options, Tree};
+
+use crate::error::GefmError;
+
+/// Nodes nearer to the points than so many spacings are not looked at: there W is rough.
+const CLEAR: f64 = 2.0;
+/// Nor nodes farther than so many cells beyond that: there fairness alone has shaped f.
+const REACH: f64 = 2.0;
+/// Weight of the disagreement between f and W, and of the same relative to the inside, beside the error at the points.
+/// (Chosen so that a disagreement counts as much as an error of the same share of the points, or more.)
+const DISAGREEMENT: f64 = 2.0;
+const RELATIVE: f64 = 0.5;
+
+/// What judges the candidates: the points with their areas, and lattice nodes away from them.
+#[derive(Debug)]
+pub struct Referee<'a, const D: usize> {
+    points: &'a [[f64; D]],
+    /// Length (2D) or area (3D) that each point stands for.
+    areas: Vec<f64>,
+    /// For W away from the points.
+    away: Tree<D>,
+    /// For W at the points, where the kernel is kept finite below the spacing.
+    near: Tree<D>,
+    nodes: Vec<[f64; D]>,
+    /// The inverse of each node's distance to the points, so that every shell around them counts alike.
+    weights: Vec<f64>,
+}
+
+/// The referee's opinion of one candidate.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Judgement {
+    /// Mean `|W − ½|` at the points: 0.05 to 0.2 for right orientations, ½ for random ones.
+    pub principal: f64,
+    /// Share of the nodes where the signs of f and `½ − W` differ.
+    pub disagreement: f64,
+    /// Share of the nodes with `W > ½`.
+    pub inside: f64,
+    /// What W was divided by: above 1 if noise has enlarged the areas, below if the points leave gaps.
+    pub calibration: f64,
+    /// All together, smaller is better.
+    pub score: f64,
+}
+
+impl<'a, const D: usize> Referee<'a, D> {
+    /// A referee for points with area weights of mean 1, in a box given by the knots of its coarsest lattice.
+    ///
+    /// # Errors
+    /// If a point is not finite, or far too large.
+    pub fn new(
+        points: &'a [[f64; D]],
+        areas: &[f64],
+        spacing: f64,
+        density: f64,
+        knots: &[KnotVector; D],
+    ) -> Result<Self, GefmError> {
+        let away = Tree::new(points, Options::default())?;
+        let near = Tree::new(points, Options { regularisation: spacing, ..Options::default() })?;
+        let axes: [Vec<f64>; D] = knots.each_ref().map(|knots| {
+            let mut nodes: Vec<f64> = knots.cells().map(|(_, low, _)| low).collect();
+            nodes.push(knots.domain().1);
+            nodes
+        });
+        let (mut nodes, mut weights) = (Vec::new(), Vec::new());
+        if let Ok(tree) = ImmutableKdTree::<f64, D>::new_from_slice(points) {
+            let count: usize = axes.iter().map(Vec::len).product();
+            let near = CLEAR * spacing..CLEAR * spacing + REACH * (axes[0][1] - axes[0][0]);
+            for mut flat in 0..count {
+                let mut x = [0.0; D];
+                for axis in (0..D).rev() {
+                    x[axis] = axes[axis][flat % axes[axis].len()];
+                    flat /= axes[axis].len();
+                }
+                let distance = tree.query(&x).nearest_one::<SquaredEuclidean<f64>>().execute().distance.sqrt();
+                if near.contains(&distance) {
+                    nodes.push(x);
+                    weights.push(1.0 / distance);
+                }
+            }
+        }
+        Ok(Self { points, areas: areas.iter().map(|a| a / density).collect(), away, near, nodes, weights })
+    }
+
+    /// Judges f, and gives `W` at every point, calibrated: ½ where all is well.
+    ///
+    /// # Errors
+    /// If gradients of f are not finite.
+    pub fn judge(&self, f: &Spline<D>) -> Result<(Judgement, Vec<f64>), GefmError> {
+        let gradients = f.evaluate(self.points, Derivatives::Gradient).gradients;
+        let vectors: Vec<[f64; D]> = gradients
+            .iter()
+            .zip(&self.areas)
+            .map(|(g, area)| {
+                let norm = g.iter().map(|g| g * g).sum::<f64>().sqrt();
+                g.map(|g| if norm > 0.0 { area * g / norm } else { 0.0 })
+            })
+            .collect();
+        let away = self.away.with_normals(&vectors)?.evaluate(&self.nodes)?;
+        let mut at_points = self.near.with_normals(&vectors)?.evaluate(self.points)?;
+        let values = f.evaluate(&self.nodes, Derivatives::Value).values;
+
+        let (mut total, mut negative, mut flux) = (0.0, 0.0, 0.0);
+        for ((value, w), weight) in values.iter().zip(&away).zip(&self.weights) {
+            total += weight;
+            if *value < 0.0 {
+                negative += weight;
+                flux += weight * w;
+            }
+        }
+        // Noise enlarges the areas, hardly more than threefold; points along curves on the surface hide most of it. Walls
+        // thinner than the lattice have no inside to go by.
+        let calibration = if negative > 0.05 * total { (flux / negative).clamp(0.05, 3.0) } else { 1.0 };
+        let (mut differing, mut inside) = (0.0, 0.0);
+        for ((value, w), weight) in values.iter().zip(&away).zip(&self.weights) {
+            let within = *w > 0.5 * calibration;
+            differing += if within != (*value < 0.0) { *weight } else { 0.0 };
+            inside += if within { *weight } else { 0.0 };
+        }
+        at_points.iter_mut().for_each(|w| *w /= calibration);
+        let (disagreement, inside) = if total > 0.0 { (differing / total, inside / total) } else { (0.0, 0.0) };
+        let area: f64 = self.areas.iter().sum();
+        let principal = at_points.iter().zip(&self.areas).map(|(w, a)| a * (w - 0.5).abs()).sum::<f64>() / area;
+        let relative = if disagreement > 0.0 { (disagreement / inside).min(1.0) } else { 0.0 };
+        let score = principal + DISAGREEMENT * disagreement + RELATIVE * relative;
+        Ok((Judgement { principal, disagreement, inside, calibration, score }, at_points))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Points on a circle of radius 0.4, in a box of 16 × 16 cells, and a function that is linear in the radius there.
+    fn circle(value: impl Fn(f64, f64) -> f64) -> (Vec<[f64; 2]>, Spline<2>) {
+        let points =
+            (0..200).map(|i| f64::from(i) * 0.01 * std::f64::consts::PI).map(|t| [0.4 * t.cos(), 0.4 * t.sin()]);
+        let knots = KnotVector::uniform(3, -0.6, 1.2 / 16.0, 16).unwrap();
+        let at = |i: usize| -0.6 + (i as f64 - 1.0) * 1.2 / 16.0;
+        let coefficients = (0..19 * 19).map(|flat| value(at(flat / 19), at(flat % 19))).collect();
+        (points.collect(), Spline::from_flat([knots.clone(), knots], coefficients).unwrap())
+    }
+
+    fn judged(points: &[[f64; 2]], f: &Spline<2>) -> (Judgement, Vec<f64>) {
+        let spacing = 0.8 * std::f64::consts::PI / 200.0;
+        let ones = vec![1.0; points.len()];
+        Referee::new(points, &ones, spacing, 1.0 / spacing, f.knots()).unwrap().judge(f).unwrap()
+    }
+
+    #[test]
+    fn a_right_orientation_scores_well() {
+        let (points, f) = circle(|x, y| x.hypot(y) - 0.4);
+        let (judgement, winding) = judged(&points, &f);
+        // The trapezoidal rule on a circle, with W = ½ at its own points; the tree code is good to 1e-3.
+        assert!(judgement.score < 0.02 && judgement.disagreement == 0.0, "{judgement:?}");
+        assert!(winding.iter().all(|w| (w - 0.5).abs() < 0.02));
+        assert!(judgement.inside > 0.2 && (judgement.calibration - 1.0).abs() < 0.05);
+    }
+
+    #[test]
+    fn sides_that_point_the_same_way_score_badly() {
+        let (points, f) = circle(|x, _| x);
+        let (judgement, _) = judged(&points, &f);
+        assert!(judgement.score > 0.5, "{judgement:?}");
+    }
+}
