@@ -68,6 +68,9 @@ pub struct Reconstruct {
     /// Stop at the initial shape: no dynamic reconstruction
     #[arg(long, help_heading = "Fit")]
     pub no_refine: bool,
+    /// Write the outputs even where no trustworthy closed surface was found, and end with exit code 0
+    #[arg(long, help_heading = "Fit")]
+    pub accept_doubt: bool,
 }
 
 #[derive(Clone, Copy, ValueEnum)]

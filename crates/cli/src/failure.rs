@@ -16,6 +16,7 @@ enum Kind {
     Internal = 1,
     Usage = 2,
     Input = 3,
+    Doubt = 4,
     Output = 5,
 }
 
@@ -33,6 +34,11 @@ impl Failure {
     /// The input was refused.
     pub fn input(error: impl fmt::Display) -> Self {
         Self { kind: Kind::Input, message: error.to_string() }
+    }
+
+    /// There is a result, but not one to rely on.
+    pub fn doubt(error: impl fmt::Display) -> Self {
+        Self { kind: Kind::Doubt, message: error.to_string() }
     }
 
     /// An output could not be written.

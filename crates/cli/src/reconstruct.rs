@@ -41,6 +41,7 @@ pub fn run(arguments: &Reconstruct, say: Say) -> Result<(), Failure> {
         Points::Two(set) => {
             let mut result = zeroset::reconstruct(&set.points, &options).map_err(|e| refused(arguments, e))?;
             let (curves, topology) = extract_curve(&mut result).map_err(|e| refused(arguments, e))?;
+            trusted(arguments, &result)?;
             say.line(describe_curve(&topology));
             for (path, kind) in &kinds {
                 if *kind == OutputKind::Curve {
@@ -54,6 +55,7 @@ pub fn run(arguments: &Reconstruct, say: Say) -> Result<(), Failure> {
         Points::Three(set) => {
             let mut result = zeroset::reconstruct(&set.points, &options).map_err(|e| refused(arguments, e))?;
             let (mesh, topology) = extract_surface(&mut result).map_err(|e| refused(arguments, e))?;
+            trusted(arguments, &result)?;
             say.line(format_args!(
                 "surface: {} of genus {}, {}, volume {:.6}, area {:.6}",
                 count(topology.components, "component"),
@@ -171,6 +173,24 @@ fn write_function<const D: usize>(path: &Path, kind: OutputKind, result: &Recons
     zeroset_io::write_field(path, &field).map_err(Failure::writing)
 }
 
+/// Ends the run where there is no trust in the result, unless that was accepted. The report is written all the same.
+fn trusted<const D: usize>(arguments: &Reconstruct, result: &Reconstruction<D>) -> Result<(), Failure> {
+    match &result.report.doubt {
+        Some(doubt) if !arguments.accept_doubt => {
+            write_report(arguments, result)?;
+            let file = arguments.points.display();
+            Err(Failure::doubt(format!("{file}: {doubt}; --accept-doubt writes the result as it is")))
+        }
+        _ => Ok(()),
+    }
+}
+
+fn write_report<const D: usize>(arguments: &Reconstruct, result: &Reconstruction<D>) -> Result<(), Failure> {
+    let Some(path) = &arguments.report else { return Ok(()) };
+    let report = RunReport { zeroset: env!("CARGO_PKG_VERSION"), file: &arguments.points, report: &result.report };
+    zeroset_io::write_report(path, &report).map_err(Failure::writing)
+}
+
 fn finish<const D: usize>(
     arguments: &Reconstruct,
     kinds: &[(PathBuf, OutputKind)],
@@ -184,11 +204,8 @@ fn finish<const D: usize>(
         let confidence: Vec<_> = oriented.iter().map(|p| p.confidence).collect();
         zeroset_io::write_oriented(path, &positions, &normals, &confidence).map_err(Failure::writing)?;
     }
-    if let Some(path) = &arguments.report {
-        let report = RunReport { zeroset: env!("CARGO_PKG_VERSION"), file: &arguments.points, report: &result.report };
-        zeroset_io::write_report(path, &report).map_err(Failure::writing)?;
-    }
-    for warning in &result.report.warnings {
+    write_report(arguments, result)?;
+    for warning in result.report.warnings.iter().chain(&result.report.doubt) {
         say.line(format_args!("warning: {warning}"));
     }
     let seconds: f64 = result.report.stages.iter().map(|stage| stage.seconds).sum();

@@ -59,7 +59,7 @@ fn a_circle_in_every_format() {
 
     let report: Value = serde_json::from_slice(&fs::read(path("report.json")).unwrap()).unwrap();
     let stages: Vec<&str> = report["stages"].as_array().unwrap().iter().map(|s| s["stage"].as_str().unwrap()).collect();
-    assert_eq!(stages, ["topology", "distance", "sign", "initial-shape", "refinement", "extraction"]);
+    assert_eq!(stages, ["ladder", "distance", "sign", "initial-shape", "refinement", "extraction"]);
     assert_eq!(report["input"]["points"], 60);
     assert_eq!(report["stages"][5]["topology"]["loops"], 1);
     assert!(report["stages"].as_array().unwrap().iter().all(|s| s["seconds"].as_f64().unwrap() >= 0.0));
@@ -167,4 +167,28 @@ fn wrong_usage() {
     zeroset().assert().code(2);
     zeroset().arg("reconstruct").arg(&points).assert().code(2);
     zeroset().arg("--help").assert().success();
+}
+
+#[test]
+fn points_without_a_surface_end_in_doubt() {
+    let (folder, _) = folder();
+    let path = |name: &str| folder.path().join(name);
+    // Points spread over a square (the golden ratio's sequence in the plane) lie on no curve.
+    let spread = |i: i32| {
+        let (x, y) = ((f64::from(i) * 0.754_877_666).fract(), (f64::from(i) * 0.569_840_296).fract());
+        format!("{x} {y}\n")
+    };
+    fs::write(path("spread.xy"), (0..400).map(spread).collect::<String>()).unwrap();
+    let mut command = zeroset();
+    command.arg("reconstruct").arg(path("spread.xy")).arg("-o").arg(path("curve.json"));
+    command.arg("--report").arg(path("report.json"));
+    let run = command.assert().code(4);
+    let text = String::from_utf8(run.get_output().stderr.clone()).unwrap();
+    assert!(text.contains("no trustworthy closed") && text.contains("--accept-doubt"), "{text}");
+    assert!(!path("curve.json").exists());
+    let report: Value = serde_json::from_slice(&fs::read(path("report.json")).unwrap()).unwrap();
+    assert!(report["doubt"].is_string() && report["trust"]["judgement"]["score"].as_f64().unwrap() > 0.35);
+
+    command.arg("--accept-doubt").assert().success();
+    assert!(path("curve.json").exists());
 }

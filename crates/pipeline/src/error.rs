@@ -72,6 +72,9 @@ pub enum ReconstructError {
     /// The zero set could not be extracted.
     #[error("extraction: {0}")]
     Extraction(#[from] zeroset_isosurface::Error),
+    /// Winding numbers could not be computed.
+    #[error("sign (equation 14): {0}")]
+    Winding(#[from] zeroset_winding::WindingError),
     /// Knot vectors could not be laid out.
     #[error("the lattice cannot be laid out: {0}")]
     Knots(#[from] zeroset_bspline::KnotError),

@@ -42,6 +42,7 @@
 //! **Not here.** Open surfaces (they are closed), sharp creases (they are rounded over about a cell), files (see
 //! `zeroset-io`).
 
+mod denoising;
 mod domain;
 mod error;
 mod extraction;
@@ -50,8 +51,10 @@ mod options;
 mod reconstruct;
 mod report;
 mod sign;
+mod sign_field;
 mod spacing;
-mod winding;
+mod thinning;
+mod trust;
 
 pub use domain::Domain;
 pub use error::{InputError, ReconstructError};
@@ -61,10 +64,11 @@ pub use options::{Options, Topology};
 pub use reconstruct::{OrientedPoint, Reconstruction, coarse_cells, reconstruct};
 pub use report::{
     DistanceReport, ExtractionReport, FrameReport, InputReport, REPORT_VERSION, Report, StageFigures, StageReport,
+    TrustReport,
 };
 pub use sign::{SignReport, synthesize};
+pub use sign_field::sign_field;
 pub use spacing::Spacing;
-pub use winding::sign_field;
 
 pub use zeroset_bspline as bspline;
 pub use zeroset_eikonal_sweep as eikonal_sweep;

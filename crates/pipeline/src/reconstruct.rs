@@ -10,14 +10,17 @@ use zeroset_gefm as gefm;
 use zeroset_lsq_init as lsq_init;
 use zeroset_trust_region as trust_region;
 
+use crate::denoising::denoised;
 use crate::domain::Domain;
 use crate::error::ReconstructError;
 use crate::frame::Frame;
 use crate::options::{Options, Topology};
 use crate::report::{DistanceReport, FrameReport, InputReport, REPORT_VERSION, Report, StageFigures, StageReport};
 use crate::sign::synthesize;
+use crate::sign_field::sign_field;
 use crate::spacing::Spacing;
-use crate::winding::sign_field;
+use crate::thinning::thinned;
+use crate::trust;
 
 /// What a reconstruction leaves: the function, the points that it belongs to, and the report.
 #[derive(Debug, Clone)]
@@ -32,6 +35,9 @@ pub struct Reconstruction<const D: usize> {
     pub domain: Domain<D>,
     /// How often the coarse lattice's cells were halved for the final one.
     pub halvings: u32,
+    /// f̂, where the points are so noisy that their normals are better taken from it: f* follows detail that their noise
+    /// hides, and many points do not lie beside the part of it that they were taken from.
+    pub guide: Option<Spline<D>>,
     /// Everything worth knowing about how it came about.
     pub report: Report,
 }
@@ -50,20 +56,25 @@ pub fn reconstruct<const D: usize>(
 ) -> Result<Reconstruction<D>, ReconstructError> {
     options.check()?;
     let (frame, distinct) = Frame::of(points)?;
-    let spacing = Spacing::of(&distinct);
+    let (heard, spacing) = heard(&distinct);
     let (domain, halvings) = lattices(&frame, &spacing, options);
     let mut road = Road { stages: Vec::new() };
 
-    let f_hat = road.stage(|| topology(&distinct, &spacing, &domain, options))?;
+    let few = thinned(&heard, spacing.typical).map(|few| (Spacing::of(&few), few));
+    let (few_spacing, few) = few.as_ref().map_or((&spacing, &heard), |(spacing, few)| (spacing, few));
+    let f_hat = road.stage(|| topology(few, few_spacing, &domain, options))?;
 
     let nodes = domain.nodes(halvings);
     let cell = domain.spacing(halvings);
-    let distance = road.stage(|| distance(&distinct, &domain, halvings, options))?;
+    let smooth = denoised(&f_hat, &heard, spacing.typical);
+    let sites = smooth.as_ref().unwrap_or(&heard);
+    let noisy = smooth.is_some();
+    let distance = road.stage(|| distance(sites, &domain, halvings, options))?;
 
     // Data support the zero set where they lie within a cell and a spacing of both ends of a lattice edge.
     let reach = 1.5 * cell.max(spacing.typical) + cell;
     let phi = road.stage(|| {
-        let field = sign_field(&f_hat, &distinct, &spacing, &domain, halvings, &distance);
+        let field = sign_field(&f_hat, few, few_spacing, &domain, halvings, &distance)?;
         let (phi, report) = synthesize(&field, &distance, reach);
         Ok((phi, StageFigures::Sign(report)))
     })?;
@@ -79,12 +90,20 @@ pub fn reconstruct<const D: usize>(
     let spline = if options.refine {
         road.stage(|| {
             let settings = refinement(&frame, &spacing, cell, options);
-            let (spline, report) = trust_region::refine(&distinct, Some(&spacing.areas), &initial, &settings)?;
+            let (spline, report) = trust_region::refine(&heard, Some(&spacing.areas), &initial, &settings)?;
             Ok((spline, StageFigures::Refinement(report)))
         })?
     } else {
         initial
     };
+
+    let trust = trust::judge(&spline, few, few_spacing, &domain.knots(options.degree, 0)?)?;
+    let (warning, doubt) = trust::verdict(&trust);
+    let mut warnings = warnings(&road.stages);
+    warnings.extend(warning);
+    if heard.len() < distinct.len() {
+        info!(isolated = distinct.len() - heard.len(), "points on no surface with others were left out");
+    }
 
     let report = Report {
         version: REPORT_VERSION,
@@ -92,6 +111,7 @@ pub fn reconstruct<const D: usize>(
             dimension: D,
             points: points.len(),
             repeated: points.len() - distinct.len(),
+            isolated: distinct.len() - heard.len(),
             spacing: spacing.typical / frame.scale,
         },
         frame: FrameReport {
@@ -101,10 +121,13 @@ pub fn reconstruct<const D: usize>(
             cells: domain.cells(halvings).to_vec(),
             cell: cell / frame.scale,
         },
-        warnings: warnings(&road.stages),
         stages: road.stages,
+        trust,
+        warnings,
+        doubt,
     };
-    Ok(Reconstruction { spline, frame, points: distinct, domain, halvings, report })
+    let guide = noisy.then_some(f_hat);
+    Ok(Reconstruction { spline, frame, points: distinct, domain, halvings, guide, report })
 }
 
 impl<const D: usize> Reconstruction<D> {
@@ -117,9 +140,11 @@ impl<const D: usize> Reconstruction<D> {
     }
 
     /// The points in data coordinates with their outward unit normals `∇f / ‖∇f‖` and a confidence between 0 and 1: 1
-    /// where the function passes through the point with a gradient of at least its usual length.
+    /// where the function passes through the point with a gradient of at least its usual length. The normals of noisy
+    /// points are those of f̂.
     pub fn oriented(&self) -> Vec<OrientedPoint<D>> {
-        let evaluation = self.spline.evaluate(&self.points, Derivatives::Gradient);
+        let function = self.guide.as_ref().unwrap_or(&self.spline);
+        let evaluation = function.evaluate(&self.points, Derivatives::Gradient);
         let cell = self.domain.spacing(self.halvings);
         self.points
             .iter()
@@ -177,6 +202,20 @@ pub fn coarse_cells<const D: usize>(spacing: &Spacing) -> usize {
     cells
 }
 
+/// The points that are fitted, with their spacing: all but those that lie on no surface with others, unless these are
+/// so many that they must be the shape.
+fn heard<const D: usize>(distinct: &[[f64; D]]) -> (Vec<[f64; D]>, Spacing) {
+    let spacing = Spacing::of(distinct);
+    let isolated = spacing.isolated(distinct);
+    let count = isolated.iter().filter(|isolated| **isolated).count();
+    if count == 0 || count * 10 > distinct.len() {
+        return (distinct.to_vec(), spacing);
+    }
+    let heard: Vec<_> = distinct.iter().zip(&isolated).filter(|(_, isolated)| !**isolated).map(|(p, _)| *p).collect();
+    let spacing = Spacing::of(&heard);
+    (heard, spacing)
+}
+
 fn lattices<const D: usize>(frame: &Frame<D>, spacing: &Spacing, options: &Options) -> (Domain<D>, u32) {
     let coarse = coarse_cells::<D>(spacing);
     match options.resolution {
@@ -203,15 +242,20 @@ fn topology<const D: usize>(
     options: &Options,
 ) -> Result<(Spline<D>, StageFigures), ReconstructError> {
     let knots = domain.knots(options.degree, 0)?;
-    let settings = match options.topology {
-        Topology::Continuation => gefm::Options::default(),
-        Topology::Paper => gefm::Options::paper(),
-    };
-    // Below the spacing, so that close walls stay apart, but not below what the lattice can resolve.
-    let smoothing_length = (0.4 * spacing.typical).max(0.1 * domain.spacing);
-    let settings = gefm::Options { smoothing_length, density: spacing.density, ..settings };
-    let (f_hat, report) = gefm::fit(points, &spacing.areas, &knots, &settings)?;
-    Ok((f_hat, StageFigures::Topology(report)))
+    match options.topology {
+        Topology::Continuation => {
+            let settings = gefm::LadderOptions::new(spacing.typical, spacing.density);
+            let (f_hat, _, report) = gefm::climb(points, &spacing.areas, &knots, &settings)?;
+            Ok((f_hat, StageFigures::Ladder(report)))
+        }
+        Topology::Paper => {
+            // Below the spacing, so that close walls stay apart, but not below what the lattice can resolve.
+            let smoothing_length = (0.4 * spacing.typical).max(0.1 * domain.spacing);
+            let settings = gefm::Options { smoothing_length, density: spacing.density, ..gefm::Options::paper() };
+            let (f_hat, report) = gefm::fit(points, &spacing.areas, &knots, &settings)?;
+            Ok((f_hat, StageFigures::Topology(report)))
+        }
+    }
 }
 
 fn distance<const D: usize>(

@@ -19,8 +19,21 @@ pub struct Report {
     pub frame: FrameReport,
     /// The stages in the order in which they ran.
     pub stages: Vec<StageReport>,
+    /// How far the sides can be trusted.
+    pub trust: TrustReport,
     /// What a user should know before trusting the result.
     pub warnings: Vec<String>,
+    /// Why the result is not to be trusted, if it is not, and what to try.
+    pub doubt: Option<String>,
+}
+
+/// What winding numbers say of the final function.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct TrustReport {
+    /// The verdict on f*.
+    pub judgement: zeroset_gefm::Judgement,
+    /// Share of the points whose side is unsure.
+    pub unsure: f64,
 }
 
 /// The points that were given.
@@ -32,6 +45,8 @@ pub struct InputReport {
     pub points: usize,
     /// Points that repeated an earlier one.
     pub repeated: usize,
+    /// Points that lie on no surface with others; they were not fitted.
+    pub isolated: usize,
     /// Typical distance between neighbouring points, in the data's unit.
     pub spacing: f64,
 }
@@ -65,8 +80,10 @@ pub struct StageReport {
 #[derive(Debug, Clone, Serialize)]
 #[serde(tag = "stage", rename_all = "kebab-case")]
 pub enum StageFigures {
-    /// Generalized eigenvector fitting, section 3.
+    /// Generalized eigenvector fitting as in section 3, once.
     Topology(zeroset_gefm::Report),
+    /// Generalized eigenvector fitting at several smoothing lengths and on several lattices.
+    Ladder(zeroset_gefm::LadderReport),
     /// Distance on the lattice, section 4.
     Distance(DistanceReport),
     /// Sign synthesis, equation (14).
@@ -84,6 +101,7 @@ impl StageFigures {
     pub fn name(&self) -> &'static str {
         match self {
             Self::Topology(_) => "topology",
+            Self::Ladder(_) => "ladder",
             Self::Distance(_) => "distance",
             Self::Sign(_) => "sign",
             Self::InitialShape(_) => "initial-shape",

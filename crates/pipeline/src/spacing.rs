@@ -47,6 +47,60 @@ impl Spacing {
         areas.iter_mut().for_each(|a| *a /= mean);
         Self { local, typical, density: typical.powi(1 - D as i32), areas }
     }
+
+    /// Which points are on no curve or surface with others: much farther from their neighbours than usual, and either
+    /// much farther than those are from theirs, or spread with them over a volume rather than along a surface.
+    pub fn isolated<const D: usize>(&self, points: &[[f64; D]]) -> Vec<bool> {
+        if points.len() <= 2 * VICINITY {
+            return vec![false; points.len()];
+        }
+        let tree = ImmutableKdTree::<f64, D>::new_from_slice(points).expect("points are distinct and finite");
+        let wanted = NonZero::new(VICINITY + 1).expect("at least one");
+        points
+            .par_iter()
+            .zip(&self.local)
+            .map(|(point, &local)| {
+                if local <= FAR * self.typical {
+                    return false;
+                }
+                let nearest = tree.query(point).nearest_n::<SquaredEuclidean<f64>>(wanted).execute();
+                let indices: Vec<usize> = nearest.iter().map(|n| n.item as usize).collect();
+                let mut theirs: Vec<f64> = indices.iter().map(|&i| self.local[i]).collect();
+                theirs.sort_by(f64::total_cmp);
+                local > 0.8 * FAR * theirs[theirs.len() / 2] || roundness(points, &indices) > ROUND
+            })
+            .collect()
+    }
+}
+
+/// How many neighbours tell whether a point is isolated.
+const VICINITY: usize = 12;
+/// How many times the usual distance is far.
+const FAR: f64 = 3.0;
+/// Roundness above which a neighbourhood is no surface: that of points spread evenly through a ball is near 0.6, that of
+/// a surface, flat within its neighbourhood, below 0.1.
+const ROUND: f64 = 0.25;
+
+/// How evenly some points spread in all directions: `det C / (tr C / D)^D` of their covariance C, from 0 (flat) to 1.
+fn roundness<const D: usize>(points: &[[f64; D]], indices: &[usize]) -> f64 {
+    let count = indices.len() as f64;
+    let centre: [f64; D] = std::array::from_fn(|axis| indices.iter().map(|&i| points[i][axis]).sum::<f64>() / count);
+    let mut c = [[0.0; 3]; 3];
+    for &i in indices {
+        for a in 0..D {
+            for b in 0..D {
+                c[a][b] += (points[i][a] - centre[a]) * (points[i][b] - centre[b]);
+            }
+        }
+    }
+    let trace: f64 = (0..D).map(|axis| c[axis][axis]).sum();
+    let determinant = if D == 2 {
+        c[0][0] * c[1][1] - c[0][1] * c[1][0]
+    } else {
+        c[0][0] * (c[1][1] * c[2][2] - c[1][2] * c[2][1]) - c[0][1] * (c[1][0] * c[2][2] - c[1][2] * c[2][0])
+            + c[0][2] * (c[1][0] * c[2][1] - c[1][1] * c[2][0])
+    };
+    determinant / (trace / D as f64).powi(D as i32)
 }
 
 /// The distance from each place to the nearest of the points, which must be distinct and finite.
@@ -71,6 +125,22 @@ mod tests {
         let grid: Vec<[f64; 3]> = (0..400).map(|i| [f64::from(i % 20), f64::from(i / 20), 0.0]).collect();
         // Inside a square grid the sixth neighbour is a diagonal one: √2 · √(π/6) = 1.02.
         assert!((Spacing::of(&grid).typical - 1.02).abs() < 0.01);
+    }
+
+    #[test]
+    fn points_off_the_surface_are_isolated_and_sparse_parts_are_not() {
+        // A square grid, ten times coarser on its right half, and points above it on a coarse cubic lattice.
+        let mut points: Vec<[f64; 3]> = (0..10_000).map(|i| [f64::from(i % 100), f64::from(i / 100), 0.0]).collect();
+        points.extend((0..100).map(|i| [104.0 + 10.0 * f64::from(i % 10), 10.0 * f64::from(i / 10), 0.0]));
+        let surface = points.len();
+        points.extend(
+            (0..125).map(|i| [f64::from(i % 5), f64::from(i / 5 % 5), f64::from(i / 25)].map(|x| 20.0 * (x + 0.9))),
+        );
+        let isolated = Spacing::of(&points).isolated(&points);
+        let wrong = isolated[..surface].iter().filter(|i| **i).count();
+        // Beside the border between the halves neighbours differ tenfold.
+        assert!(wrong <= 20, "{wrong} of the sparse part");
+        assert!(isolated[surface..].iter().all(|i| *i));
     }
 
     #[test]
