@@ -48,7 +48,7 @@ pub struct Arguments {
     /// Wall time for one case, in seconds
     #[arg(long, value_name = "SECONDS", default_value_t = 600)]
     timeout: u64,
-    /// The table, with a .tsv beside it [default: target/compare/<data folder>.md, one per data folder]
+    /// The table, with a .tsv beside it [default: target/compare/NAME.md, one per data folder]
     #[arg(long, value_name = "FILE.md")]
     output: Option<PathBuf>,
     /// Cases run side by side; times mean most with 1
