@@ -26,45 +26,77 @@ impl<const D: usize> WithSimd for Batch<'_, D> {
     /// W times the area of the unit sphere.
     type Output = [f64; BATCH];
 
+    // No closures and no adaptors of the standard library: those are not inlined for sure, and a function of its own is
+    // compiled for the oldest processor, with a call for every operation.
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> [f64; BATCH] {
         let mut sums = [0.0; BATCH];
-        let queries: [&[S::f64s]; D] = self.queries.each_ref().map(|q| S::as_simd_f64s(&q[..self.count]).0);
+        let mut queries: [&[S::f64s]; D] = [&[]; D];
+        for axis in 0..D {
+            queries[axis] = S::as_simd_f64s(&self.queries[axis][..self.count]).0;
+        }
         let out = S::as_mut_simd_f64s(&mut sums[..self.count]).0;
         let regular = simd.splat_f64s(self.regular);
-        let (one, smallest) = (simd.splat_f64s(1.0), simd.splat_f64s(SMALLEST_SQUARE));
-        let away = |from: &[S::f64s; D], v: usize| {
-            let r: [S::f64s; D] = std::array::from_fn(|k| simd.sub_f64s(from[k], queries[k][v]));
-            let square = r.iter().fold(regular, |sum, &r| simd.add_f64s(sum, simd.mul_f64s(r, r)));
-            (r, simd.max_f64s(square, smallest))
-        };
+        let one = simd.splat_f64s(1.0);
         for (centre, field) in self.far {
-            let centre = centre.map(|c| simd.splat_f64s(c));
+            let centre = splat(simd, centre);
             for v in 0..out.len() {
-                let (r, square) = away(&centre, v);
+                let (mut r, square) = away(simd, &centre, &queries, v, regular);
                 let inverse = simd.div_f64s(one, square);
-                let direction = r.map(|r| simd.mul_f64s(r, inverse));
-                let mut value = polynomials(simd, field, &direction, inverse);
+                for r in &mut r {
+                    *r = simd.mul_f64s(*r, inverse);
+                }
+                let mut value = polynomials(simd, field, &r, inverse);
                 if D == 3 {
                     value = simd.mul_f64s(value, simd.sqrt_f64s(inverse));
                 }
                 out[v] = simd.add_f64s(out[v], value);
             }
         }
-        for [point, area] in self.near.iter().copied().flatten() {
-            let (point, area) = (point.map(|c| simd.splat_f64s(c)), area.map(|c| simd.splat_f64s(c)));
-            for v in 0..out.len() {
-                let (r, square) = away(&point, v);
-                let mut flux = simd.mul_f64s(area[0], r[0]);
-                for k in 1..D {
-                    flux = simd.add_f64s(flux, simd.mul_f64s(area[k], r[k]));
+        for run in self.near {
+            for [point, area] in *run {
+                let (point, area) = (splat(simd, point), splat(simd, area));
+                for v in 0..out.len() {
+                    let (r, square) = away(simd, &point, &queries, v, regular);
+                    let mut flux = simd.mul_f64s(area[0], r[0]);
+                    for k in 1..D {
+                        flux = simd.add_f64s(flux, simd.mul_f64s(area[k], r[k]));
+                    }
+                    let power = if D == 2 { square } else { simd.mul_f64s(square, simd.sqrt_f64s(square)) };
+                    out[v] = simd.add_f64s(out[v], simd.div_f64s(flux, power));
                 }
-                let power = if D == 2 { square } else { simd.mul_f64s(square, simd.sqrt_f64s(square)) };
-                out[v] = simd.add_f64s(out[v], simd.div_f64s(flux, power));
             }
         }
         sums
     }
+}
+
+/// The same numbers in all lanes.
+#[inline(always)]
+fn splat<S: Simd, const D: usize>(simd: S, x: &[f64; D]) -> [S::f64s; D] {
+    let mut out = [simd.splat_f64s(0.0); D];
+    for k in 0..D {
+        out[k] = simd.splat_f64s(x[k]);
+    }
+    out
+}
+
+/// From the queries of register `v` to a place, and the square of that with ε².
+#[inline(always)]
+fn away<S: Simd, const D: usize>(
+    simd: S,
+    place: &[S::f64s; D],
+    queries: &[&[S::f64s]; D],
+    v: usize,
+    regular: S::f64s,
+) -> ([S::f64s; D], S::f64s) {
+    let mut r = *place;
+    let mut square = regular;
+    for k in 0..D {
+        r[k] = simd.sub_f64s(r[k], queries[k][v]);
+        square = simd.add_f64s(square, simd.mul_f64s(r[k], r[k]));
+    }
+    (r, simd.max_f64s(square, simd.splat_f64s(SMALLEST_SQUARE)))
 }
 
 /// `A(v) + q⁻¹ (B(v) + q⁻¹ C)`, A of degree four, B of degree two.
