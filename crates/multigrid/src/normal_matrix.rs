@@ -185,6 +185,18 @@ impl<const D: usize> NormalMatrix<D> {
         out
     }
 
+    /// Adds a diagonal matrix.
+    ///
+    /// # Panics
+    /// If there is not one entry per unknown.
+    #[track_caller]
+    pub fn add_diagonal(&mut self, entries: &[f64]) {
+        assert_eq!(entries.len(), self.size(), "one entry per unknown");
+        for (column, entry) in entries.iter().enumerate() {
+            self.entries[self.pattern.columns[column]] += entry;
+        }
+    }
+
     /// The diagonal of the matrix.
     pub fn diagonal(&self) -> Vec<f64> {
         (0..self.size()).map(|column| self.entries[self.pattern.columns[column]]).collect()

@@ -21,6 +21,14 @@ pub enum Error {
     /// An area weight is negative, NaN or infinite, or all are zero.
     #[error("area weight {0} is not a finite number of at least zero, or all weights are zero")]
     BadArea(usize),
+    /// Not one stiffness per control coefficient.
+    #[error("{found} stiffnesses were given for {needed} control coefficients")]
+    Stiffness {
+        /// Stiffnesses given.
+        found: usize,
+        /// Coefficients there are.
+        needed: usize,
+    },
     /// An option lies outside its range.
     #[error("option {name} = {value}: {range}")]
     Option {

@@ -7,6 +7,7 @@
 //! ```
 //!
 //! the Sampson error of equations (4) and (5) plus the thin-plate energy of equation (3), over the control coefficients.
+//! [`Options::stiffness`] ties f to the initial shape where that knows more than fairness does: away from the points.
 //!
 //! ```
 //! use zeroset_bspline::{KnotVector, Spline};
@@ -35,6 +36,7 @@
 //! **Not here.** A global minimum: the method is local, and topology changes only where the descent happens to cross it.
 //! Energies of other orders, and levels of detail.
 
+mod anchor;
 mod error;
 mod holdout;
 mod iteration;

@@ -2,6 +2,7 @@
 
 use zeroset_bspline::DerivativeEnergy;
 
+use crate::anchor::Anchor;
 use crate::error::Error;
 use crate::options::Normalisation;
 use crate::quadratic_model::QuadraticModel;
@@ -15,6 +16,7 @@ pub(crate) struct Objective<const D: usize> {
     pub(crate) fitted: SampsonError<D>,
     pub(crate) held_out: Option<SampsonError<D>>,
     pub(crate) energy: DerivativeEnergy<D>,
+    pub(crate) anchor: Anchor,
     pub(crate) normalisation: Normalisation,
 }
 
@@ -27,6 +29,8 @@ pub(crate) struct Current<const D: usize> {
     energy_gradient: Vec<f64>,
     /// `fᵀ H f`.
     energy: f64,
+    /// Energy of the anchor.
+    anchor: f64,
 }
 
 impl<const D: usize> Objective<D> {
@@ -46,7 +50,8 @@ impl<const D: usize> Objective<D> {
         let state = self.fitted.at(&f)?;
         let energy_gradient = self.energy.apply(&f);
         let energy = dot(&f, &energy_gradient);
-        Ok(Current { f, state, energy_gradient, energy })
+        let anchor = self.anchor.energy(&f);
+        Ok(Current { f, state, energy_gradient, energy, anchor })
     }
 
     /// The quadratic model at a function, for a weight at the scale of equation (8).
@@ -55,11 +60,13 @@ impl<const D: usize> Objective<D> {
             Normalisation::MeanGradient => self.fitted.mean_gradient_normal(&current.state),
             Normalisation::CoefficientNorm => current.f.clone(),
         };
+        let mut fairness_gradient = current.energy_gradient.clone();
+        self.anchor.add_gradient(&current.f, 1.0, &mut fairness_gradient);
         QuadraticModel::new(
             self.fitted.jacobian(&current.state),
             &current.state.residuals,
-            &self.energy,
-            &current.energy_gradient,
+            (&self.energy, &self.anchor),
+            &fairness_gradient,
             // 1 under equation (8); under ‖f‖ = 1 the squared norm that f has under equation (8).
             weight / current.state.mean_square_gradient,
             normal,
@@ -84,6 +91,6 @@ impl<const D: usize> Objective<D> {
 impl<const D: usize> Current<D> {
     /// `R(f)` for a weight at the scale of `f`.
     pub(crate) fn objective(&self, weight: f64) -> f64 {
-        self.state.error + weight * self.energy
+        self.state.error + weight * (self.energy + self.anchor)
     }
 }

@@ -83,6 +83,10 @@ pub struct Options {
     pub patience: usize,
     /// Changes which points are held out.
     pub seed: u64,
+    /// Stiffness κ of the anchor, one per control coefficient in C order, or empty for none: `Σ κ_k (c_k − c̄_k)²` is added to
+    /// the energy, c̄ being the coefficients of the initial shape. Finite, at least 0, in length^(D−4). The initial shape
+    /// should then have gradients of about length 1, a signed distance.
+    pub stiffness: Vec<f64>,
     /// Gradients shorter than this share of their root mean square count as if they had just this length. In (0, 1).
     pub gradient_floor: f64,
 }
@@ -156,6 +160,9 @@ impl Options {
                 "must lie in (0, 1)",
             ),
         ];
+        if let Some(&value) = self.stiffness.iter().find(|k| !(k.is_finite() && **k >= 0.0)) {
+            return Err(Error::Option { name: "stiffness", value, range: "a finite number of at least 0 is needed" });
+        }
         match rules.into_iter().find(|rule| !rule.2) {
             Some((name, value, _, range)) => Err(Error::Option { name, value, range }),
             None => Ok(()),
@@ -185,6 +192,7 @@ impl Default for Options {
             holdout: 0.05,
             patience: 2,
             seed: 0,
+            stiffness: Vec::new(),
             gradient_floor: 1e-3,
         }
     }

@@ -5,7 +5,7 @@ use zeroset_multigrid::{Factor, NormalEquations};
 use crate::error::Error;
 use crate::options::{Options, Preconditioner};
 use crate::quadratic_model::QuadraticModel;
-use crate::rows::{Rows, dot};
+use crate::rows::dot;
 
 /// Terms of the Chebyshev polynomial: one more than the products with the operator.
 const CHEBYSHEV_TERMS: usize = 3;
@@ -52,7 +52,7 @@ impl<const D: usize> Kind<D> {
 
     pub(crate) fn invert(&self, model: &QuadraticModel<'_, D>) -> Result<Inverse, Error> {
         Ok(match self {
-            Self::Cholesky(equations) => Inverse::Cholesky(factor(equations, &model.jacobian, model.weight)?),
+            Self::Cholesky(equations) => Inverse::Cholesky(factor(equations, model)?),
             Self::Chebyshev(energy) => {
                 let inverse_diagonal = inverse(&model.diagonal(energy));
                 let largest = largest_eigenvalue(model, &inverse_diagonal);
@@ -66,17 +66,17 @@ impl<const D: usize> Kind<D> {
 
 /// Factors `JᵀJ + wH`. It is singular along `f` where `f` has no energy, as a plane does; then `Σ qᵢqᵢᵀ/‖∇f‖² + wH` of
 /// equation (7) takes its place, which differs by the distances over the cell size.
-fn factor<const D: usize>(
-    equations: &NormalEquations<D>,
-    jacobian: &Rows<'_, D>,
-    weight: f64,
-) -> Result<Factor, Error> {
-    let (collocation, alpha) = (jacobian.collocation(), &jacobian.alpha);
-    let matrix = equations.rows(collocation, alpha, Some(&jacobian.beta), weight)?;
-    match equations.factor(&matrix) {
-        Ok(factor) => Ok(factor),
-        Err(_) => Ok(equations.factor(&equations.rows(collocation, alpha, None, weight)?)?),
-    }
+fn factor<const D: usize>(equations: &NormalEquations<D>, model: &QuadraticModel<'_, D>) -> Result<Factor, Error> {
+    let (collocation, alpha) = (model.jacobian.collocation(), &model.jacobian.alpha);
+    let springs: Vec<f64> = model.anchor.stiffness().iter().map(|k| model.weight * k).collect();
+    let factored = |beta: Option<&[[f64; D]]>| -> Result<Factor, Error> {
+        let mut matrix = equations.rows(collocation, alpha, beta, model.weight)?;
+        if !springs.is_empty() {
+            matrix.add_diagonal(&springs);
+        }
+        Ok(equations.factor(&matrix)?)
+    };
+    factored(Some(&model.jacobian.beta)).or_else(|_| factored(None))
 }
 
 fn inverse(diagonal: &[f64]) -> Vec<f64> {

@@ -3,13 +3,16 @@
 use std::cell::Cell;
 use zeroset_bspline::DerivativeEnergy;
 
+use crate::anchor::Anchor;
 use crate::rows::{Rows, dot};
 
-/// `Q(g) = R(f) + bᵀg + ½ gᵀMg` with the Gauss–Newton matrix: `b = 2 (Jᵀr + w H f)`, `M = 2 (JᵀJ + w H)`.
+/// `Q(g) = R(f) + bᵀg + ½ gᵀMg` with the Gauss–Newton matrix: `b = 2 (Jᵀr + w H f)`, `M = 2 (JᵀJ + w H)`, and with the
+/// anchor `b = 2 (Jᵀr + w (H f + K (f − f̄)))`, `M = 2 (JᵀJ + w (H + K))`, K the diagonal matrix of its stiffness.
 #[derive(Debug)]
 pub(crate) struct QuadraticModel<'a, const D: usize> {
     pub(crate) jacobian: Rows<'a, D>,
     pub(crate) energy: &'a DerivativeEnergy<D>,
+    pub(crate) anchor: &'a Anchor,
     pub(crate) weight: f64,
     /// `b`.
     pub(crate) gradient: Vec<f64>,
@@ -19,19 +22,19 @@ pub(crate) struct QuadraticModel<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> QuadraticModel<'a, D> {
-    /// `energy_gradient` is `H f`.
+    /// `fairness_gradient` is `H f + K (f − f̄)`.
     pub(crate) fn new(
         jacobian: Rows<'a, D>,
         residuals: &[f64],
-        energy: &'a DerivativeEnergy<D>,
-        energy_gradient: &[f64],
+        (energy, anchor): (&'a DerivativeEnergy<D>, &'a Anchor),
+        fairness_gradient: &[f64],
         weight: f64,
         normal: Vec<f64>,
     ) -> Self {
-        let mut gradient: Vec<f64> = energy_gradient.iter().map(|h| weight * h).collect();
+        let mut gradient: Vec<f64> = fairness_gradient.iter().map(|h| weight * h).collect();
         jacobian.add_transposed(residuals, &mut gradient);
         gradient.iter_mut().for_each(|b| *b *= 2.0);
-        Self { jacobian, energy, weight, gradient, normal, applications: Cell::new(0) }
+        Self { jacobian, energy, anchor, weight, gradient, normal, applications: Cell::new(0) }
     }
 
     /// `M g`.
@@ -39,6 +42,7 @@ impl<'a, const D: usize> QuadraticModel<'a, D> {
         self.applications.set(self.applications.get() + 1);
         let mut out = self.energy.apply(g);
         out.iter_mut().for_each(|h| *h *= self.weight);
+        self.anchor.add_applied(g, self.weight, &mut out);
         self.jacobian.add_transposed(&self.jacobian.apply(g), &mut out);
         out.iter_mut().for_each(|m| *m *= 2.0);
         out
@@ -47,6 +51,7 @@ impl<'a, const D: usize> QuadraticModel<'a, D> {
     /// The diagonal of `M`, from that of `H`.
     pub(crate) fn diagonal(&self, energy_diagonal: &[f64]) -> Vec<f64> {
         let mut out: Vec<f64> = energy_diagonal.iter().map(|h| self.weight * h).collect();
+        out.iter_mut().zip(self.anchor.stiffness()).for_each(|(out, k)| *out += self.weight * k);
         self.jacobian.add_squares(&mut out);
         out.iter_mut().for_each(|m| *m *= 2.0);
         out
@@ -107,6 +112,7 @@ mod tests {
             fitted: SampsonError::new(collocation, &vec![1.0; points.len()], 1e-6),
             held_out: None,
             energy: DerivativeEnergy::thin_plate(&knots()).unwrap(),
+            anchor: Anchor::default(),
             normalisation,
         }
     }

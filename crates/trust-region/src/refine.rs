@@ -4,6 +4,7 @@ use std::ops::ControlFlow;
 use std::time::Instant;
 use zeroset_bspline::{Collocation, DerivativeEnergy, Spline};
 
+use crate::anchor::Anchor;
 use crate::error::Error;
 use crate::holdout::held_out;
 use crate::iteration::Run;
@@ -52,6 +53,9 @@ pub fn refine_with<const D: usize>(
     let collocation = Collocation::new(initial.knots(), points)?;
     let energy = DerivativeEnergy::thin_plate(initial.knots())?;
     let unknowns = collocation.coefficient_count();
+    if !(options.stiffness.is_empty() || options.stiffness.len() == unknowns) {
+        return Err(Error::Stiffness { found: options.stiffness.len(), needed: unknowns });
+    }
     if options.sub_problem == SubProblem::Exact && unknowns > MOST_EXACT {
         return Err(Error::TooLargeForExact { found: unknowns, most: MOST_EXACT });
     }
@@ -75,7 +79,8 @@ pub fn refine_with<const D: usize>(
     if fitted.at(initial.as_flat())?.mean_square_gradient.sqrt() * side <= NO_GRADIENT * largest {
         return Err(Error::NoGradient);
     }
-    let objective = Objective { fitted, held_out: judge, energy, normalisation: options.normalisation };
+    let anchor = Anchor::new(&options.stiffness, initial.as_flat());
+    let objective = Objective { anchor, fitted, held_out: judge, energy, normalisation: options.normalisation };
 
     let mut run = Run::new(&objective, options, share, initial.as_flat().to_vec())?;
     let stopping_rule = run.iterate(observer)?;

@@ -318,3 +318,34 @@ fn bad_input_is_refused() {
     let exact = Options { sub_problem: SubProblem::Exact, ..options };
     assert!(matches!(fail(&points, None, &circle(40), &exact), Error::TooLargeForExact { .. }));
 }
+
+#[test]
+fn an_anchor_keeps_what_no_point_holds() {
+    // Points on a circle; in the middle the initial shape has a hole that they say nothing of.
+    let points = outline(300, 0.0, |_| 0.35);
+    let initial = rough::<2>(24, |[x, y]| {
+        let r = x.hypot(y);
+        (r - 0.35).max(0.1 - r)
+    });
+    let at = |stiffness: f64| {
+        let far = |c: &f64| if *c > -0.08 && *c < 0.08 { 0.0 } else { stiffness };
+        let mut kept: Vec<f64> = initial.as_flat().iter().map(far).collect();
+        // The hole is held as well, where the values are small.
+        let count = initial.shape()[0];
+        for (flat, k) in kept.iter_mut().enumerate() {
+            let h = 1.0 / 24.0;
+            let r = (-0.5 - 4.0 * h + (flat / count) as f64 * h).hypot(-0.5 - 4.0 * h + (flat % count) as f64 * h);
+            *k = if r < 0.2 { stiffness } else { *k };
+        }
+        let options = Options { stiffness: kept, holdout: 0.0, ..Options::for_spacing::<2>(0.0073) };
+        refine(&points, None, &initial, &options).unwrap().0
+    };
+    // The middle of the initial shape is at 0.1, less what the smoothing of a spline takes from the tip.
+    let (free, held) = (at(0.0).value(&[0.0, 0.0]), at(100.0 * 24f64.powi(2)));
+    assert!((held.value(&[0.0, 0.0]) - 0.08).abs() < 0.02, "{} {free}", held.value(&[0.0, 0.0]));
+    assert!((free - 0.08).abs() > 0.04, "{free}");
+    // And the points are fitted as without it: to a hundredth of a cell.
+    assert!(rms(&sampson_distances(&held, &points)) < 4e-4);
+    let options = Options { stiffness: vec![1.0], ..Options::for_spacing::<2>(0.0073) };
+    assert!(matches!(refine(&points, None, &initial, &options), Err(Error::Stiffness { found: 1, .. })));
+}
