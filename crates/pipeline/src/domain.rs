@@ -18,10 +18,11 @@ const MARGIN: f64 = 1.5;
 
 impl<const D: usize> Domain<D> {
     /// The box for points whose bounding box has these `sides` (frame units, centred at zero, the longest 1), with
-    /// `cells` cells of the coarsest lattice along the longest side.
+    /// `cells` cells of the coarsest lattice along the longest side. The counts are even, for solvers that want a lattice
+    /// that is coarser still: [`Domain::bottom`].
     pub fn around(sides: &[f64; D], cells: usize) -> Self {
         let spacing = 1.0 / cells as f64;
-        let cells = sides.map(|side| (side / spacing + 2.0 * MARGIN).ceil() as usize);
+        let cells = sides.map(|side| 2 * (0.5 * side / spacing + MARGIN).ceil() as usize);
         Self { lower: cells.map(|count| -0.5 * spacing * count as f64), cells, spacing }
     }
 
@@ -49,6 +50,15 @@ impl<const D: usize> Domain<D> {
         Ok(knots.try_into().expect("one knot vector per axis"))
     }
 
+    /// Uniform knot vectors on cells twice as wide as those of the coarsest lattice.
+    ///
+    /// # Errors
+    /// If the degree is not supported.
+    pub fn bottom(&self, degree: usize) -> Result<[KnotVector; D], KnotError> {
+        Self { lower: self.lower, cells: self.cells.map(|count| count / 2), spacing: 2.0 * self.spacing }
+            .knots(degree, 0)
+    }
+
     /// The coordinates of the lattice's nodes along each axis, after `halvings`.
     pub fn nodes(&self, halvings: u32) -> [Vec<f64>; D] {
         let (cells, spacing) = (self.cells(halvings), self.spacing(halvings));
@@ -63,10 +73,11 @@ mod tests {
     #[test]
     fn the_box_leaves_its_margin_and_nests() {
         let domain = Domain::around(&[1.0, 0.4], 16);
-        assert_eq!(domain.cells, [19, 10]);
+        assert_eq!(domain.cells, [20, 10]);
         assert!(domain.lower[0] <= -0.5 - 1.5 / 16.0 && domain.lower[1] <= -0.2 - 1.5 / 16.0);
         let (coarse, fine) = (domain.knots(3, 0).unwrap(), domain.knots(3, 2).unwrap());
         assert_eq!(coarse[0].halved().halved(), fine[0]);
+        assert_eq!(domain.bottom(3).unwrap()[1].halved(), coarse[1]);
         assert_eq!(domain.nodes(1)[1].len(), 21);
         assert_eq!(fine[1].domain().1, *domain.nodes(2)[1].last().unwrap());
     }

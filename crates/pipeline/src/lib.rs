@@ -42,11 +42,13 @@
 //! **Not here.** Open surfaces (they are closed), sharp creases (they are rounded over about a cell), files (see
 //! `zeroset-io`).
 
+mod anchor;
 mod denoising;
 mod domain;
 mod error;
 mod extraction;
 mod frame;
+mod gap_sites;
 mod options;
 mod reconstruct;
 mod report;
@@ -60,6 +62,7 @@ pub use domain::Domain;
 pub use error::{InputError, ReconstructError};
 pub use extraction::{Figures, extract_curve, extract_surface};
 pub use frame::Frame;
+pub use gap_sites::gap_sites;
 pub use options::{Options, Topology};
 pub use reconstruct::{OrientedPoint, Reconstruction, coarse_cells, reconstruct};
 pub use report::{
@@ -67,7 +70,7 @@ pub use report::{
     TrustReport,
 };
 pub use sign::{SignReport, synthesize};
-pub use sign_field::sign_field;
+pub use sign_field::{SignField, sign_field};
 pub use spacing::Spacing;
 
 pub use zeroset_bspline as bspline;

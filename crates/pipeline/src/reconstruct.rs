@@ -10,10 +10,12 @@ use zeroset_gefm as gefm;
 use zeroset_lsq_init as lsq_init;
 use zeroset_trust_region as trust_region;
 
+use crate::anchor;
 use crate::denoising::denoised;
 use crate::domain::Domain;
 use crate::error::ReconstructError;
 use crate::frame::Frame;
+use crate::gap_sites::gap_sites;
 use crate::options::{Options, Topology};
 use crate::report::{DistanceReport, FrameReport, InputReport, REPORT_VERSION, Report, StageFigures, StageReport};
 use crate::sign::synthesize;
@@ -62,20 +64,26 @@ pub fn reconstruct<const D: usize>(
 
     let few = thinned(&heard, spacing.typical).map(|few| (Spacing::of(&few), few));
     let (few_spacing, few) = few.as_ref().map_or((&spacing, &heard), |(spacing, few)| (spacing, few));
-    let f_hat = road.stage(|| topology(few, few_spacing, &domain, options))?;
+    let (f_hat, calibration) = road.stage(|| topology(few, few_spacing, &domain, halvings, options))?;
 
     let nodes = domain.nodes(halvings);
     let cell = domain.spacing(halvings);
     let smooth = denoised(&f_hat, &heard, spacing.typical);
     let sites = smooth.as_ref().unwrap_or(&heard);
     let noisy = smooth.is_some();
-    let distance = road.stage(|| distance(sites, &domain, halvings, options))?;
+    let mut distance = road.stage(|| unsigned_distance(sites, &domain, halvings, options))?;
 
     // Data support the zero set where they lie within a cell and a spacing of both ends of a lattice edge.
     let reach = 1.5 * cell.max(spacing.typical) + cell;
     let phi = road.stage(|| {
-        let field = sign_field(&f_hat, few, few_spacing, &domain, halvings, &distance)?;
-        let (phi, report) = synthesize(&field, &distance, reach);
+        let field = sign_field(&f_hat, few, few_spacing, &domain, halvings, &distance, calibration)?;
+        let (mut phi, report) = synthesize(&field, &distance, reach);
+        let gaps = gap_sites(&field.value, &phi, &nodes, sites, cell.max(spacing.typical));
+        if !gaps.is_empty() {
+            let sites: Vec<[f64; D]> = sites.iter().chain(&gaps).copied().collect();
+            (distance, _) = unsigned_distance(&sites, &domain, halvings, options)?;
+            phi.zip_mut_with(&distance, |phi, d| *phi = d.copysign(*phi));
+        }
         Ok((phi, StageFigures::Sign(report)))
     })?;
 
@@ -89,7 +97,9 @@ pub fn reconstruct<const D: usize>(
 
     let spline = if options.refine {
         road.stage(|| {
-            let settings = refinement(&frame, &spacing, cell, options);
+            let mut settings = refinement(&frame, &spacing, cell, options);
+            settings.stiffness =
+                anchor::stiffness(&domain, halvings, options.degree, &distance, cell.max(spacing.typical));
             let (spline, report) = trust_region::refine(&heard, Some(&spacing.areas), &initial, &settings)?;
             Ok((spline, StageFigures::Refinement(report)))
         })?
@@ -229,7 +239,9 @@ fn lattices<const D: usize>(frame: &Frame<D>, spacing: &Spacing, options: &Optio
             // Cells of about the spacing: finer ones would have more coefficients than data, coarser ones lose detail.
             // On one dense lattice no finer than 64 cells in 3D, for its cost grows with the cube.
             let most = if D == 2 { 4 } else { 2 };
-            let halvings = (domain.spacing / spacing.typical).log2().round().clamp(1.0, f64::from(most)) as u32;
+            let finer = if D == 2 { 0.0 } else { 1.5 };
+            let halvings =
+                ((domain.spacing / spacing.typical).log2() + finer).round().clamp(1.0, f64::from(most)) as u32;
             (domain, halvings)
         }
     }
@@ -239,26 +251,31 @@ fn topology<const D: usize>(
     points: &[[f64; D]],
     spacing: &Spacing,
     domain: &Domain<D>,
+    halvings: u32,
     options: &Options,
-) -> Result<(Spline<D>, StageFigures), ReconstructError> {
-    let knots = domain.knots(options.degree, 0)?;
+) -> Result<((Spline<D>, f64), StageFigures), ReconstructError> {
     match options.topology {
         Topology::Continuation => {
-            let settings = gefm::LadderOptions::new(spacing.typical, spacing.density);
-            let (f_hat, _, report) = gefm::climb(points, &spacing.areas, &knots, &settings)?;
-            Ok((f_hat, StageFigures::Ladder(report)))
+            let settings = gefm::LadderOptions {
+                last: 1 + halvings.min(2),
+                ..gefm::LadderOptions::new(spacing.typical, spacing.density)
+            };
+            let (f_hat, _, report) = gefm::climb(points, &spacing.areas, &domain.bottom(options.degree)?, &settings)?;
+            let calibration = report.choice().map_or(1.0, |choice| choice.judgement.calibration);
+            Ok(((f_hat, calibration), StageFigures::Ladder(report)))
         }
         Topology::Paper => {
             // Below the spacing, so that close walls stay apart, but not below what the lattice can resolve.
             let smoothing_length = (0.4 * spacing.typical).max(0.1 * domain.spacing);
             let settings = gefm::Options { smoothing_length, density: spacing.density, ..gefm::Options::paper() };
+            let knots = domain.knots(options.degree, 0)?;
             let (f_hat, report) = gefm::fit(points, &spacing.areas, &knots, &settings)?;
-            Ok((f_hat, StageFigures::Topology(report)))
+            Ok(((f_hat, 1.0), StageFigures::Topology(report)))
         }
     }
 }
 
-fn distance<const D: usize>(
+fn unsigned_distance<const D: usize>(
     points: &[[f64; D]],
     domain: &Domain<D>,
     halvings: u32,

@@ -3,6 +3,8 @@
 use ndarray::ArrayD;
 use serde::Serialize;
 
+use crate::sign_field::SignField;
+
 /// What sign synthesis changed.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct SignReport {
@@ -19,14 +21,13 @@ pub struct SignReport {
 }
 
 /// `φ = sign[f̂] · d` with the sign cleaned: minimising fairness lets f̂ curl up far from the data, and the sheets that
-/// this makes must go. A region of one sign stays if data lie along at least half of its boundary; the faces of the box
-/// count as outside. `reach` is the distance within which data support a boundary.
+/// this makes must go. A region of one sign stays if data lie along at least half of its boundary, or if winding numbers
+/// have the same sign at most of its nodes; the faces of the box count as outside. `reach` is the distance within which
+/// data support a boundary.
 ///
-/// `f_hat` is whatever the sign is taken from, usually [`sign_field`](crate::sign_field).
-///
-/// Both arrays hold one value per lattice node, axis order x, y\[, z\]; `distance` is `d`.
-pub fn synthesize(f_hat: &ArrayD<f64>, distance: &ArrayD<f64>, reach: f64) -> (ArrayD<f64>, SignReport) {
-    let mut regions = Regions::new(f_hat, distance, reach);
+/// All arrays hold one value per lattice node, axis order x, y\[, z\]; `distance` is `d`.
+pub fn synthesize(field: &SignField, distance: &ArrayD<f64>, reach: f64) -> (ArrayD<f64>, SignReport) {
+    let mut regions = Regions::new(field, distance, reach);
     let mut report = SignReport::default();
     let mut first = true;
     // Each round removes a region, so there are no more rounds than regions.
@@ -37,7 +38,7 @@ pub fn synthesize(f_hat: &ArrayD<f64>, distance: &ArrayD<f64>, reach: f64) -> (A
             first = false;
         }
         // The smallest first: what is left around it then counts as one boundary.
-        let stray = measured.iter().filter(|r| 2 * r.supported < r.boundary).min_by_key(|r| (r.size, r.start));
+        let stray = measured.iter().filter(|r| r.stray()).min_by_key(|r| (r.size, r.start));
         let Some(stray) = stray else { break };
         if stray.size * 2 > regions.inside.len() {
             // Nothing supports even the largest region: there is no surface here, and flipping would only swap sides.
@@ -64,6 +65,8 @@ struct Regions {
     strides: Vec<usize>,
     inside: Vec<bool>,
     near: Vec<bool>,
+    /// Whether winding numbers are those of the inside.
+    wound: Vec<bool>,
 }
 
 struct Region {
@@ -73,17 +76,26 @@ struct Region {
     boundary: usize,
     /// Those of them with data within reach of both ends.
     supported: usize,
+    /// Nodes at which winding numbers have the region's sign.
+    agreed: usize,
+}
+
+impl Region {
+    fn stray(&self) -> bool {
+        2 * self.supported < self.boundary && 2 * self.agreed < self.size
+    }
 }
 
 impl Regions {
-    fn new(f_hat: &ArrayD<f64>, distance: &ArrayD<f64>, reach: f64) -> Self {
-        let shape = f_hat.shape().to_vec();
+    fn new(field: &SignField, distance: &ArrayD<f64>, reach: f64) -> Self {
+        let shape = distance.shape().to_vec();
         let mut strides = vec![1; shape.len()];
         for axis in (0..shape.len() - 1).rev() {
             strides[axis] = strides[axis + 1] * shape[axis + 1];
         }
         Self {
-            inside: f_hat.iter().map(|&f| f < 0.0).collect(),
+            inside: field.value.iter().map(|&f| f < 0.0).collect(),
+            wound: field.winding.iter().map(|&w| w < 0.0).collect(),
             near: distance.iter().map(|&d| d <= reach).collect(),
             shape,
             strides,
@@ -125,8 +137,9 @@ impl Regions {
                 continue;
             }
             let nodes = self.flood(start, &mut visited);
-            let mut region = Region { start, size: nodes.len(), boundary: 0, supported: 0 };
+            let mut region = Region { start, size: nodes.len(), boundary: 0, supported: 0, agreed: 0 };
             for &node in &nodes {
+                region.agreed += usize::from(self.wound[node] == self.inside[node]);
                 for neighbour in self.neighbours(node) {
                     let (crosses, supported) = match neighbour {
                         Some(other) => (self.inside[other] != self.inside[node], self.near[node] && self.near[other]),
@@ -172,14 +185,15 @@ mod tests {
     use super::*;
 
     /// A disc of radius 6 in a 31 × 31 lattice, with its exact distance.
-    fn disc(extra: impl Fn(f64, f64) -> bool) -> (ArrayD<f64>, ArrayD<f64>) {
+    fn disc(extra: impl Fn(f64, f64) -> bool) -> (SignField, ArrayD<f64>) {
         let radius = |i: &ndarray::IxDyn| (i[0] as f64 - 15.0).hypot(i[1] as f64 - 15.0);
         let distance = ArrayD::from_shape_fn(vec![31, 31], |i| (radius(&i) - 6.0).abs());
-        let f_hat = ArrayD::from_shape_fn(vec![31, 31], |i| {
-            let value = radius(&i) - 6.0;
-            if extra(i[0] as f64 - 15.0, i[1] as f64 - 15.0) { -value } else { value }
+        let winding = ArrayD::from_shape_fn(vec![31, 31], |i| radius(&i) - 6.0);
+        let value = ArrayD::from_shape_fn(vec![31, 31], |i| {
+            let flipped = extra(i[0] as f64 - 15.0, i[1] as f64 - 15.0);
+            if flipped { -winding[&i] } else { winding[&i] }
         });
-        (f_hat, distance)
+        (SignField { value, winding }, distance)
     }
 
     fn inside(phi: &ArrayD<f64>) -> usize {
@@ -188,27 +202,35 @@ mod tests {
 
     #[test]
     fn a_clean_sign_stays() {
-        let (f_hat, distance) = disc(|_, _| false);
-        let (phi, report) = synthesize(&f_hat, &distance, 1.5);
-        assert_eq!(phi, f_hat);
+        let (field, distance) = disc(|_, _| false);
+        let (phi, report) = synthesize(&field, &distance, 1.5);
+        assert_eq!(phi, field.value);
         assert_eq!((report.regions_found, report.regions_removed, report.nodes_clipped), (2, 0, 0));
         assert_eq!(report.supported, 1.0);
     }
 
     #[test]
     fn stray_regions_go_inside_outside_and_at_the_faces() {
-        let (f_hat, distance) = disc(|x, y| x.hypot(y) < 2.5 || (x - 11.0).hypot(y) < 2.2 || x < -12.0 || x + y > 24.0);
-        assert!(inside(&f_hat) > inside(&disc(|_, _| false).0));
-        let (phi, report) = synthesize(&f_hat, &distance, 1.5);
-        assert_eq!(phi, disc(|_, _| false).0);
+        let (field, distance) = disc(|x, y| x.hypot(y) < 2.5 || (x - 11.0).hypot(y) < 2.2 || x < -12.0 || x + y > 24.0);
+        assert!(inside(&field.value) > inside(&disc(|_, _| false).0.value));
+        let (phi, report) = synthesize(&field, &distance, 1.5);
+        assert_eq!(phi, disc(|_, _| false).0.value);
         assert_eq!(report.regions_removed, 4);
         assert_eq!(report.supported, 1.0);
     }
 
     #[test]
+    fn an_inside_that_winding_numbers_confirm_needs_no_support() {
+        let (mut field, distance) = disc(|_, _| false);
+        assert_eq!(inside(&synthesize(&field, &distance, -1.0).0), inside(&field.value));
+        field.winding.fill(1.0);
+        assert_eq!(inside(&synthesize(&field, &distance, -1.0).0), 0);
+    }
+
+    #[test]
     fn without_any_support_nothing_runs_away() {
-        let (f_hat, distance) = disc(|_, _| false);
-        let (_, report) = synthesize(&f_hat, &distance, -1.0);
+        let (field, distance) = disc(|_, _| false);
+        let (_, report) = synthesize(&field, &distance, -1.0);
         assert_eq!(report.supported, 0.0);
     }
 }

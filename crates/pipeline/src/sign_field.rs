@@ -15,8 +15,17 @@ use crate::spacing::Spacing;
 /// which it is interpolated are not on the surface themselves.
 const FAR: f64 = 2.0;
 
-/// What the sign is taken from, on the nodes of the lattice after `halvings`: f̂ near the points, `½ − W` away from them,
-/// where fairness alone has shaped f̂. `distance` is d on the same nodes.
+/// What the sign is taken from, on the nodes of a lattice.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SignField {
+    /// f̂ near the points, `½ − W` away from them, where fairness alone has shaped f̂; negative inside.
+    pub value: ArrayD<f64>,
+    /// `½ − W` everywhere.
+    pub winding: ArrayD<f64>,
+}
+
+/// The field on the nodes of the lattice after `halvings`; `distance` is d on the same nodes. W is divided by
+/// `calibration`, which the referee found: points along curves on the surface hide most of it from W.
 ///
 /// # Errors
 /// If the points or the gradients of f̂ are not finite.
@@ -27,10 +36,11 @@ pub fn sign_field<const D: usize>(
     domain: &Domain<D>,
     halvings: u32,
     distance: &ArrayD<f64>,
-) -> Result<ArrayD<f64>, ReconstructError> {
-    let mut field = f_hat.sample(&domain.nodes(halvings), [0; D]);
+    calibration: f64,
+) -> Result<SignField, ReconstructError> {
+    let mut value = f_hat.sample(&domain.nodes(halvings), [0; D]);
     let gradients = f_hat.evaluate(points, Derivatives::Gradient).gradients;
-    let area = 1.0 / spacing.density;
+    let area = 1.0 / (calibration * spacing.density);
     let areas: Vec<[f64; D]> = gradients
         .iter()
         .zip(&spacing.areas)
@@ -53,15 +63,17 @@ pub fn sign_field<const D: usize>(
         })
         .collect();
     let options = Options { regularisation: spacing.typical, ..Options::default() };
-    let winding = Tree::new(points, options)?.with_normals(&areas)?.evaluate(&nodes)?;
+    let coarse_winding = Tree::new(points, options)?.with_normals(&areas)?.evaluate(&nodes)?;
     let far = FAR * domain.spacing;
-    for (index, value) in field.indexed_iter_mut() {
-        if distance[&index] > far {
-            let node = std::array::from_fn(|axis| index[axis]);
-            *value = 0.5 - interpolate(&winding, &shape, node, halvings);
+    let winding = ArrayD::from_shape_fn(value.raw_dim(), |index| {
+        0.5 - interpolate(&coarse_winding, &shape, std::array::from_fn(|axis| index[axis]), halvings)
+    });
+    for ((value, winding), distance) in value.iter_mut().zip(&winding).zip(distance) {
+        if *distance > far {
+            *value = *winding;
         }
     }
-    Ok(field)
+    Ok(SignField { value, winding })
 }
 
 /// Multilinear interpolation of coarse nodes at a node of the lattice after `halvings`.

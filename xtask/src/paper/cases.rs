@@ -40,7 +40,7 @@ impl<const D: usize> Case<D> {
         let lattice = Lattice::new(domain.lower, cell, domain.cells(halvings).map(|cells| cells + 1))?;
         let distance = eikonal_sweep::distance(&self.points, &lattice, &eikonal_sweep::Options::default())?;
         let reach = 1.5 * cell.max(self.spacing.typical) + cell;
-        let field = zeroset::sign_field(f_hat, &self.points, &self.spacing, domain, halvings, &distance.values)?;
+        let field = zeroset::sign_field(f_hat, &self.points, &self.spacing, domain, halvings, &distance.values, 1.0)?;
         let (phi, _) = zeroset::synthesize(&field, &distance.values, reach);
         self.least_squares(&phi, &nodes, &domain.knots(3, halvings)?, cell)
     }
