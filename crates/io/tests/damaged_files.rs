@@ -28,7 +28,7 @@ fn samples() -> Vec<(&'static str, Vec<u8>, bool)> {
         std::fs::read(path).unwrap()
     };
     let faces = [[0, 1, 2]];
-    let mesh = TriMesh { vertices: &POINTS, normals: &POINTS, triangles: &faces };
+    let mesh = TriMesh { vertices: &POINTS, normals: &POINTS, triangles: &faces, ..Default::default() };
     let big_endian = {
         let header = "ply\nformat binary_big_endian 1.0\nelement c 2\nproperty list uchar short l\nelement vertex 1\n\
                       property int x\nproperty double y\nproperty uchar z\nend_header\n";
@@ -153,7 +153,11 @@ fn npy_headers_are_not_believed() {
         assert!(sentence("a.npy", &npy(&header("<f8", shape), &[])).contains("no values"));
     }
     assert!(sentence("a.npy", &npy(&header("<f8", "(3, 4)"), &[0; 96])).contains("shape [3, 4]; N × 2 or N × 3"));
-    assert!(sentence("a.npy", &npy(&header("<i8", "(3, 2)"), &[0; 48])).contains("f4 or f8"));
+    assert!(sentence("a.npy", &npy(&header("<f8", "(3, 4)"), &[0; 96])).contains("its transpose would do"));
+    assert!(sentence("a.npy", &npy(&header("<f2", "(3, 2)"), &[0; 12])).contains("f4 or f8"));
+    assert!(sentence("a.npy", &npy(&header("<c8", "(3, 2)"), &[0; 48])).contains("f4 or f8"));
+    let large = [i64::MAX - 1; 2].map(i64::to_le_bytes).concat();
+    assert!(sentence("a.npy", &npy(&header("<i8", "(1, 2)"), &large)).contains("9223372036854775806 has more digits"));
     assert!(sentence("a.npy", &npy(&header("é8", "(3, 2)"), &[0; 48])).contains("not a NumPy array"));
     let nan = [1.0, 2.0, 3.0, f64::NAN].map(f64::to_le_bytes).concat();
     assert!(sentence("a.npy", &npy(&header("<f8", "(2, 2)"), &nan)).contains("point 1 (counted from 0): y is nan"));
