@@ -72,6 +72,6 @@ pub use point_format::{PointFormat, parse_points};
 pub use points::{Dimension, PointSet, Points, read_points, read_points_as};
 pub use read_error::{Malformed, Place, ReadError};
 pub use report::write_report;
-pub use spline::{SPLINE_VERSION, SplineFile, read_spline, write_spline};
+pub use spline::{SPLINE_VERSION, SplineFile, parse_spline, read_spline, write_spline};
 pub use table::{EvaluationTable, write_table};
 pub use write_error::WriteError;
