@@ -41,8 +41,8 @@ pub enum Command {
 
 #[derive(Args)]
 pub struct Reconstruct {
-    /// Points: text .xyz .xy .txt .csv .asc .pts (x y [z] first, or columns named in a header line), .ply .obj .stl .npy;
-    /// - for standard input
+    /// Points: text .xyz .xy .txt .csv .asc .pts (x y [z] first, or columns named in a header line), .ply .obj .stl .npy
+    /// .las .laz .e57; - for standard input
     pub points: PathBuf,
     /// The format of the points, whatever the extension; needed for standard input
     #[arg(long, value_name = "EXTENSION", value_parser = format_parser(), hide_possible_values = true, help_heading = "Input")]

@@ -2,8 +2,25 @@
 
 use std::path::{Path, PathBuf};
 
-/// Extensions of the files that [`crate::read_points`] reads.
-pub const POINT_EXTENSIONS: &[&str] = &["ply", "xyz", "xy", "txt", "csv", "asc", "pts", "obj", "stl", "npy"];
+/// Extensions of the files that [`crate::read_points`] reads; `.las`, `.laz` and `.e57` with the features `las` and `e57`.
+pub const POINT_EXTENSIONS: &[&str] = &[
+    "ply",
+    "xyz",
+    "xy",
+    "txt",
+    "csv",
+    "asc",
+    "pts",
+    "obj",
+    "stl",
+    "npy",
+    #[cfg(feature = "las")]
+    "las",
+    #[cfg(feature = "las")]
+    "laz",
+    #[cfg(feature = "e57")]
+    "e57",
+];
 /// Extensions of the files that [`crate::write_mesh`] writes.
 pub const MESH_EXTENSIONS: &[&str] = &["ply", "obj", "stl", "glb"];
 /// Extensions of the files that [`crate::write_curves`] writes.

@@ -31,10 +31,18 @@ mod curve;
 mod curve_csv;
 mod curve_dxf;
 mod curve_svg;
+#[cfg(feature = "e57")]
+mod e57_points;
 mod extension;
 mod field;
 mod field_exr;
 mod field_vti;
+#[cfg(feature = "las")]
+mod las_header;
+#[cfg(feature = "las")]
+mod las_points;
+#[cfg(feature = "las")]
+mod laz_records;
 mod lines;
 mod mesh;
 mod mesh_glb;
@@ -50,6 +58,8 @@ mod ply_writer;
 mod point_format;
 mod points;
 mod read_error;
+#[cfg(any(feature = "las", feature = "e57"))]
+mod refuse_panic;
 mod replace_file;
 mod report;
 mod spline;

@@ -98,6 +98,8 @@ fn parse_binary(
 ) -> Result<Points, Malformed> {
     let mut row = |element: &PlyElement, definition: &ElementDef, index: usize| {
         read(&mut body, definition).map_err(|error| {
+            // Its causes follow on lines of their own.
+            let error = error.to_string().replace("\n\t", " ");
             Malformed::file(format!("{} {index} of {}: {error}", quoted(&element.name), element.count))
         })
     };

@@ -2,7 +2,11 @@
 
 use std::path::Path;
 
+#[cfg(feature = "e57")]
+use crate::e57_points;
 use crate::extension::{POINT_EXTENSIONS, UnknownExtension, extension_among};
+#[cfg(feature = "las")]
+use crate::las_points;
 use crate::points::{Dimension, Points};
 use crate::read_error::Malformed;
 use crate::{npy, obj_points, ply_points, stl_points, text_points};
@@ -23,6 +27,12 @@ pub enum PointFormat {
     Stl,
     /// A NumPy array: `.npy`.
     Npy,
+    /// Laser scans, compressed or not: `.las`, `.laz`.
+    #[cfg(feature = "las")]
+    Las,
+    /// The scans of an E57 file, all in its frame: `.e57`.
+    #[cfg(feature = "e57")]
+    E57,
 }
 
 impl PointFormat {
@@ -50,6 +60,10 @@ impl PointFormat {
             "obj" => Self::Obj,
             "stl" => Self::Stl,
             "npy" => Self::Npy,
+            #[cfg(feature = "las")]
+            "las" | "laz" => Self::Las,
+            #[cfg(feature = "e57")]
+            "e57" => Self::E57,
             _ => return None,
         })
     }
@@ -77,5 +91,9 @@ pub fn parse_points(bytes: &[u8], format: PointFormat) -> Result<Points, Malform
         PointFormat::Obj => obj_points::parse(bytes),
         PointFormat::Stl => stl_points::parse(bytes),
         PointFormat::Npy => npy::parse_points(bytes),
+        #[cfg(feature = "las")]
+        PointFormat::Las => las_points::parse(bytes),
+        #[cfg(feature = "e57")]
+        PointFormat::E57 => e57_points::parse(bytes),
     }
 }
