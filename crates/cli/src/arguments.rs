@@ -3,6 +3,9 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use zeroset_io::PointFormat;
+
+use crate::points::format_parser;
 
 /// Raw points in, a smooth implicit B-spline curve or surface out: no normals needed.
 #[derive(Parser)]
@@ -38,10 +41,14 @@ pub enum Command {
 
 #[derive(Args)]
 pub struct Reconstruct {
-    /// Points: .xyz .xy .txt .csv .asc .pts (2 or 3 columns), .ply, .obj or .npy
+    /// Points: text .xyz .xy .txt .csv .asc .pts (x y [z] first, or columns named in a header line), .ply .obj .stl .npy
+    /// .las .laz .e57; - for standard input
     pub points: PathBuf,
-    /// Where to write, repeatable; the extension decides what: mesh .ply .obj (3D), curve .svg .json (2D), spline .npz,
-    /// field .npy .exr
+    /// The format of the points, whatever the extension; needed for standard input
+    #[arg(long, value_name = "EXTENSION", value_parser = format_parser(), hide_possible_values = true, help_heading = "Input")]
+    pub format: Option<PointFormat>,
+    /// Where to write, repeatable; the extension decides what: mesh .ply .obj .stl .glb (3D), curve .svg .json .csv .dxf (2D),
+    /// spline .npz, field .npy .exr .vti
     #[arg(short, long = "output", value_name = "FILE", required_unless_present_any = ["oriented", "report"], help_heading = "Output")]
     pub output: Vec<PathBuf>,
     /// Write the input points with outward normals and confidence (.ply)
@@ -95,8 +102,11 @@ pub enum Distance {
 pub struct Eval {
     /// A spline saved by reconstruct (.npz)
     pub spline: PathBuf,
-    /// Where to evaluate: a points file of the same dimension
+    /// Where to evaluate: a points file of the same dimension, or - for standard input
     pub points: PathBuf,
+    /// The format of the points, whatever the extension; needed for standard input
+    #[arg(long, value_name = "EXTENSION", value_parser = format_parser(), hide_possible_values = true)]
+    pub format: Option<PointFormat>,
     /// Where to write: .csv or .npy, one row per point
     #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,
@@ -104,6 +114,9 @@ pub struct Eval {
 
 #[derive(Args)]
 pub struct Info {
-    /// A points file or a spline (.npz)
+    /// A points file or a spline (.npz), or - for points on standard input
     pub file: PathBuf,
+    /// The format of the points, whatever the extension; needed for standard input
+    #[arg(long, value_name = "EXTENSION", value_parser = format_parser(), hide_possible_values = true)]
+    pub format: Option<PointFormat>,
 }

@@ -8,12 +8,13 @@ use zeroset_io::{EvaluationTable, Points, SplineFile};
 use crate::Say;
 use crate::arguments::Eval;
 use crate::failure::Failure;
+use crate::points;
 
 pub fn run(arguments: &Eval, say: Say) -> Result<(), Failure> {
     zeroset_io::extension_among(&arguments.output, zeroset_io::TABLE_EXTENSIONS).map_err(Failure::usage)?;
     zeroset_io::extension_among(&arguments.spline, zeroset_io::SPLINE_EXTENSIONS).map_err(Failure::usage)?;
     let file = zeroset_io::read_spline(&arguments.spline).map_err(Failure::reading)?;
-    let points = zeroset_io::read_points(&arguments.points).map_err(Failure::reading)?;
+    let points = points::read(&arguments.points, arguments.format)?;
     let outside = match (file.dimension(), points) {
         (2, Points::Two(set)) => table(arguments, &file, &set.points)?,
         (3, Points::Three(set)) => table(arguments, &file, &set.points)?,

@@ -7,9 +7,11 @@ use zeroset_io::{PointSet, Points};
 use crate::arguments::Info;
 use crate::eval::to_spline;
 use crate::failure::Failure;
+use crate::points;
 
 pub fn run(arguments: &Info) -> Result<(), Failure> {
-    let is_spline = zeroset_io::extension_among(&arguments.file, zeroset_io::SPLINE_EXTENSIONS).is_ok();
+    let is_spline = arguments.format.is_none()
+        && zeroset_io::extension_among(&arguments.file, zeroset_io::SPLINE_EXTENSIONS).is_ok();
     if is_spline {
         let file = zeroset_io::read_spline(&arguments.file).map_err(Failure::reading)?;
         match file.dimension() {
@@ -17,7 +19,7 @@ pub fn run(arguments: &Info) -> Result<(), Failure> {
             _ => describe_spline(to_spline::<3>(&arguments.file, &file)?),
         }
     } else {
-        match zeroset_io::read_points(&arguments.file).map_err(Failure::reading)? {
+        match points::read(&arguments.file, arguments.format)? {
             Points::Two(set) => describe_points(&set),
             Points::Three(set) => describe_points(&set),
         }

@@ -4,6 +4,7 @@ mod arguments;
 mod eval;
 mod failure;
 mod info;
+mod points;
 mod reconstruct;
 
 use std::process::ExitCode;

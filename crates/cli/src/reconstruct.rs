@@ -10,6 +10,7 @@ use zeroset_io::{OutputKind, Points, SplineFile};
 use crate::Say;
 use crate::arguments::{Distance, Reconstruct, Topology};
 use crate::failure::Failure;
+use crate::points;
 
 /// The report as it is written: the file, then what the library says.
 #[derive(Serialize)]
@@ -22,14 +23,14 @@ struct RunReport<'a> {
 
 pub fn run(arguments: &Reconstruct, say: Say) -> Result<(), Failure> {
     let kinds = check_outputs(arguments)?;
-    let points = zeroset_io::read_points(&arguments.points).map_err(Failure::reading)?;
+    let points = points::read(&arguments.points, arguments.format)?;
     for (path, kind) in &kinds {
         let problem = match (points.dimension(), kind) {
             (zeroset_io::Dimension::Two, OutputKind::Mesh) => {
-                "a mesh, but the points have two columns: write .svg or .json"
+                "a mesh, but the points have two columns: write .svg, .json, .csv or .dxf"
             }
             (zeroset_io::Dimension::Three, OutputKind::Curve) => {
-                "a curve, but the points have three columns: write .ply or .obj"
+                "a curve, but the points have three columns: write .ply, .obj, .stl or .glb"
             }
             _ => continue,
         };
@@ -148,7 +149,12 @@ fn count(number: usize, thing: &str) -> String {
 }
 
 fn write_mesh(path: &Path, mesh: &TriMesh) -> Result<(), Failure> {
-    let mesh = zeroset_io::TriMesh { vertices: &mesh.vertices, normals: &mesh.normals, triangles: &mesh.triangles };
+    let mesh = zeroset_io::TriMesh {
+        vertices: &mesh.vertices,
+        normals: &mesh.normals,
+        triangles: &mesh.triangles,
+        ..Default::default()
+    };
     zeroset_io::write_mesh(path, &mesh).map_err(Failure::writing)
 }
 

@@ -45,7 +45,16 @@ fn a_circle_in_every_format() {
     let path = |name: &str| folder.path().join(name);
     let mut command = zeroset();
     command.arg("reconstruct").arg(&points);
-    for name in ["circle.svg", "circle.json", "circle.npz", "circle.npy", "circle.exr"] {
+    for name in [
+        "circle.svg",
+        "circle.json",
+        "circle.csv",
+        "circle.dxf",
+        "circle.npz",
+        "circle.npy",
+        "circle.exr",
+        "circle.vti",
+    ] {
         command.arg("-o").arg(path(name));
     }
     command.arg("--oriented").arg(path("oriented.ply")).arg("--report").arg(path("report.json")).assert().success();
@@ -56,6 +65,9 @@ fn a_circle_in_every_format() {
     // Sixty points, a tenth apart: a thousandth of the radius is far above what the spline leaves.
     assert!(loops[0].iter().all(|p| (p[0].hypot(p[1]) - 1.0).abs() < 1e-3));
     assert!(fs::read_to_string(path("circle.svg")).unwrap().starts_with("<"));
+    assert_eq!(fs::read_to_string(path("circle.csv")).unwrap().lines().count(), 1 + loops[0].len());
+    assert_eq!(fs::read_to_string(path("circle.dxf")).unwrap().matches("\nVERTEX\n").count(), loops[0].len());
+    assert!(fs::read(path("circle.vti")).unwrap().starts_with(b"<?xml"));
 
     let report: Value = serde_json::from_slice(&fs::read(path("report.json")).unwrap()).unwrap();
     let stages: Vec<&str> = report["stages"].as_array().unwrap().iter().map(|s| s["stage"].as_str().unwrap()).collect();
@@ -92,11 +104,14 @@ fn a_surface_becomes_a_mesh() {
     let path = |name: &str| folder.path().join(name);
     let mut command = zeroset();
     command.arg("reconstruct").arg(fixture("double_torus.ply")).args(["--resolution", "24", "--no-refine"]);
-    command.arg("-o").arg(path("a.ply")).arg("-o").arg(path("a.obj")).arg("-o").arg(path("a.exr")).assert().success();
+    command.arg("-o").arg(path("a.ply")).arg("-o").arg(path("a.obj")).arg("-o").arg(path("a.exr"));
+    command.arg("-o").arg(path("a.stl")).arg("-o").arg(path("a.glb")).assert().success();
     assert!(fs::read(path("a.ply")).unwrap().starts_with(b"ply\n"));
     let text = fs::read_to_string(path("a.obj")).unwrap();
     let (vertices, faces) =
         (text.lines().filter(|l| l.starts_with("v ")).count(), text.lines().filter(|l| l.starts_with("f ")).count());
+    assert_eq!(fs::read(path("a.stl")).unwrap().len(), 84 + 50 * faces);
+    assert!(fs::read(path("a.glb")).unwrap().starts_with(b"glTF"));
     // V − E + T = −2 for genus 2, and 2 E = 3 T.
     assert_eq!(vertices as i64 - faces as i64 / 2, -2);
 }
@@ -115,10 +130,26 @@ fn files_that_cannot_be_read() {
     assert!(refused(&file("empty.xy", ""), &out, 3).contains("empty.xy"));
     assert!(refused(&file("nan.xy", "0 1\n1 nan\n1 1\n2 0\n"), &out, 3).contains("line 2"));
     assert!(refused(&file("columns.xy", "0 1\n1 2 3\n"), &out, 3).contains("line 2"));
-    assert!(refused(&file("five.xyz", "0 1 2 3 4\n"), &out, 3).contains("5"));
+    assert!(refused(&file("one.xyz", "0\n1\n"), &out, 3).contains("1 column"));
     assert!(refused(&file("points.docx", "0 1\n"), &out, 2).contains("docx"));
     assert!(refused(&file("points.xyy", "0 1\n"), &out, 2).contains("did you mean"));
     assert!(refused(&file("cut.ply", "ply\nformat ascii 1.0\nelement vertex 9\n"), &out, 3).contains("cut.ply"));
+}
+
+#[test]
+fn points_come_from_standard_input_in_a_named_format() {
+    let (_folder, points) = folder();
+    let info =
+        |arguments: &[&str]| zeroset().arg("info").args(arguments).write_stdin(fs::read(&points).unwrap()).assert();
+    let stdout = |run: assert_cmd::assert::Assert| String::from_utf8(run.get_output().stdout.clone()).unwrap();
+    assert!(stdout(info(&["-", "--format", "xy"]).success()).contains("60 points, 2 coordinates"));
+    let stderr = |run: assert_cmd::assert::Assert| String::from_utf8(run.get_output().stderr.clone()).unwrap();
+    assert!(stderr(info(&["-"]).code(2)).contains("--format xyz"));
+    assert!(stderr(info(&["-", "--format", "ply"]).code(3)).contains("standard input: line 1: a PLY file begins"));
+    assert!(stderr(info(&["-", "--format", "plyy"]).code(2)).contains("'ply'"), "the close match");
+    let other = points.with_extension("dat");
+    fs::copy(&points, &other).unwrap();
+    zeroset().arg("info").arg(&other).args(["--format", "txt"]).assert().success();
 }
 
 #[test]

@@ -1,14 +1,14 @@
-//! Closed curves in the plane: `.json` and `.svg`.
+//! Closed curves in the plane: `.json`, `.csv`, `.dxf` and `.svg`.
 
 use std::io;
 use std::path::Path;
 
 use serde::Serialize;
 
-use crate::curve_svg;
 use crate::extension::{CURVE_EXTENSIONS, extension_among};
 use crate::replace_file::replace_file;
 use crate::write_error::WriteError;
+use crate::{curve_csv, curve_dxf, curve_svg};
 
 /// Closed polylines in data units, and the points that they were made from.
 #[derive(Debug, Clone, Copy, Default)]
@@ -24,7 +24,8 @@ struct CurvesJson<'a> {
     curves: &'a [Vec<[f64; 2]>],
 }
 
-/// Writes curves as `.json`, `{"curves": [[[x, y], …], …]}` with the first vertex not repeated at the end, or as an `.svg` picture.
+/// Writes curves as `.json`, `{"curves": [[[x, y], …], …]}`, or `.csv`, rows of curve, x, y, both with the first vertex not repeated
+/// at the end; as `.dxf`, closed polylines; or as an `.svg` picture.
 ///
 /// # Errors
 /// [`WriteError`]; coordinates that are not finite are refused, and the file at `path` is replaced only when everything was written.
@@ -41,6 +42,8 @@ pub fn write_curves(path: impl AsRef<Path>, curves: &Curves<'_>) -> Result<(), W
             serde_json::to_writer(&mut *out, &CurvesJson { curves: curves.curves }).map_err(io::Error::from)?;
             io::Write::write_all(out, b"\n")
         }
+        "csv" => curve_csv::write(out, curves),
+        "dxf" => curve_dxf::write(out, curves),
         _ => curve_svg::write(out, curves),
     })
 }

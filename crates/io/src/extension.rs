@@ -2,16 +2,33 @@
 
 use std::path::{Path, PathBuf};
 
-/// Extensions of the files that [`crate::read_points`] reads.
-pub const POINT_EXTENSIONS: &[&str] = &["ply", "xyz", "xy", "txt", "csv", "asc", "pts", "obj", "npy"];
+/// Extensions of the files that [`crate::read_points`] reads; `.las`, `.laz` and `.e57` with the features `las` and `e57`.
+pub const POINT_EXTENSIONS: &[&str] = &[
+    "ply",
+    "xyz",
+    "xy",
+    "txt",
+    "csv",
+    "asc",
+    "pts",
+    "obj",
+    "stl",
+    "npy",
+    #[cfg(feature = "las")]
+    "las",
+    #[cfg(feature = "las")]
+    "laz",
+    #[cfg(feature = "e57")]
+    "e57",
+];
 /// Extensions of the files that [`crate::write_mesh`] writes.
-pub const MESH_EXTENSIONS: &[&str] = &["ply", "obj"];
+pub const MESH_EXTENSIONS: &[&str] = &["ply", "obj", "stl", "glb"];
 /// Extensions of the files that [`crate::write_curves`] writes.
-pub const CURVE_EXTENSIONS: &[&str] = &["svg", "json"];
+pub const CURVE_EXTENSIONS: &[&str] = &["svg", "json", "csv", "dxf"];
 /// Extension of the files that [`crate::write_spline`] and [`crate::read_spline`] handle.
 pub const SPLINE_EXTENSIONS: &[&str] = &["npz"];
 /// Extensions of the files that [`crate::write_field`] writes. `reconstruct` reads `.npz` as a spline, see [`OutputKind`].
-pub const FIELD_EXTENSIONS: &[&str] = &["npy", "npz", "exr"];
+pub const FIELD_EXTENSIONS: &[&str] = &["npy", "npz", "exr", "vti"];
 /// Extensions of the files that [`crate::write_table`] writes.
 pub const TABLE_EXTENSIONS: &[&str] = &["csv", "txt", "npy"];
 /// Extension of the files that [`crate::write_oriented`] writes.
@@ -22,19 +39,20 @@ pub const REPORT_EXTENSIONS: &[&str] = &["json"];
 /// What a reconstruction writes to a path, told by the extension alone.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum OutputKind {
-    /// The zero set as a triangle mesh (3D): `.ply`, `.obj`.
+    /// The zero set as a triangle mesh (3D): `.ply`, `.obj`, `.stl`, `.glb`.
     Mesh,
-    /// The zero set as closed polylines (2D): `.svg`, `.json`.
+    /// The zero set as closed polylines (2D): `.svg`, `.json`, `.csv`, `.dxf`.
     Curve,
     /// The spline itself: `.npz`.
     Spline,
-    /// The function's values on a lattice: `.npy`, `.exr`.
+    /// The function's values on a lattice: `.npy`, `.exr`, `.vti`.
     Field,
 }
 
 impl OutputKind {
     /// Every extension that a reconstruction can write, in the order in which errors list them.
-    pub const EXTENSIONS: &[&str] = &["ply", "obj", "svg", "json", "npz", "npy", "exr"];
+    pub const EXTENSIONS: &[&str] =
+        &["ply", "obj", "stl", "glb", "svg", "json", "csv", "dxf", "npz", "npy", "exr", "vti"];
 
     /// The kind that `path` asks for.
     ///
@@ -50,8 +68,8 @@ impl OutputKind {
     /// ```
     pub fn of(path: &Path) -> Result<Self, UnknownExtension> {
         Ok(match extension_among(path, Self::EXTENSIONS)? {
-            "ply" | "obj" => Self::Mesh,
-            "svg" | "json" => Self::Curve,
+            "ply" | "obj" | "stl" | "glb" => Self::Mesh,
+            "svg" | "json" | "csv" | "dxf" => Self::Curve,
             "npz" => Self::Spline,
             _ => Self::Field,
         })
@@ -125,9 +143,14 @@ mod tests {
             ("a.OBJ", OutputKind::Mesh),
             ("a.b.svg", OutputKind::Curve),
             ("a.json", OutputKind::Curve),
+            ("a.stl", OutputKind::Mesh),
+            ("a.glb", OutputKind::Mesh),
+            ("a.csv", OutputKind::Curve),
+            ("a.dxf", OutputKind::Curve),
             ("a.npz", OutputKind::Spline),
             ("a.npy", OutputKind::Field),
             ("a.exr", OutputKind::Field),
+            ("a.vti", OutputKind::Field),
         ] {
             assert_eq!(OutputKind::of(Path::new(path)).unwrap(), kind, "{path}");
         }
@@ -144,7 +167,8 @@ mod tests {
         let sentence = OutputKind::of(Path::new("out/a.objj")).unwrap_err().to_string();
         assert_eq!(
             sentence,
-            "out/a.objj: unknown extension .objj (did you mean .obj?); known: .ply, .obj, .svg, .json, .npz, .npy, .exr"
+            "out/a.objj: unknown extension .objj (did you mean .obj?); known: .ply, .obj, .stl, .glb, .svg, .json, .csv, .dxf, .npz, .npy, .exr, \
+             .vti"
         );
     }
 

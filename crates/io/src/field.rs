@@ -1,4 +1,4 @@
-//! Values on a lattice: `.npy`, `.npz` and `.exr`.
+//! Values on a lattice: `.npy`, `.npz`, `.exr` and `.vti`.
 
 use std::io;
 use std::path::Path;
@@ -7,9 +7,9 @@ use ndarray::{ArrayViewD, aview1};
 use ndarray_npy::{NpzWriter, WriteNpyExt};
 
 use crate::extension::{FIELD_EXTENSIONS, extension_among};
-use crate::field_exr;
 use crate::replace_file::replace_file;
 use crate::write_error::WriteError;
+use crate::{field_exr, field_vti};
 
 /// A function's values on the nodes `origin + index · spacing` of a lattice. NaN stands for nodes outside the function's box.
 #[derive(Debug, Clone)]
@@ -29,11 +29,15 @@ impl Field<'_> {
             let (origin, spacing) = (self.origin.len(), self.spacing.len());
             return Some(format!("a field of {d} axes with an origin of {origin} and a spacing of {spacing} numbers"));
         }
+        if let Some(bad) = self.origin.iter().chain(self.spacing).find(|number| !number.is_finite()) {
+            return Some(format!("a field with {bad} in its origin or spacing"));
+        }
         self.values.is_empty().then(|| "a field without values".into())
     }
 }
 
-/// Writes a field as `.npy` (the values), `.npz` (`values`, `origin`, `spacing`) or `.exr` (f32; in space one layer per z).
+/// Writes a field as `.npy` (the values), `.npz` (`values`, `origin`, `spacing`), `.exr` (f32; in space one layer per z) or `.vti`
+/// (VTK ImageData, f64).
 ///
 /// # Errors
 /// [`WriteError`]; shapes that do not fit are refused, and the file at `path` is replaced only when everything was written.
@@ -54,6 +58,7 @@ pub fn write_field(path: impl AsRef<Path>, field: &Field<'_>) -> Result<(), Writ
             npz.add_array("spacing", &aview1(field.spacing)).map_err(io::Error::other)?;
             npz.finish().map(drop).map_err(io::Error::other)
         }
+        "vti" => field_vti::write(out, field),
         _ => field_exr::write(out, field),
     })
 }

@@ -23,16 +23,31 @@
 //! panic or allocate more than a small multiple of the file's size (for `.npz` of its unpacked size, which is bounded); NaN and
 //! infinity are refused at the door, with the place; a write that fails leaves the old file; the same data give the same bytes.
 //!
-//! Not guaranteed: colours and other properties of points are passed over; in an OBJ file only `v` lines are read; EXR images and
-//! the normals of meshes hold 32-bit floats.
+//! Not guaranteed: colours and other properties of points are passed over; in an OBJ file only `v` lines are read; EXR images,
+//! `.glb` and binary `.stl` files and the normals of meshes hold 32-bit floats.
 
 mod columns;
 mod curve;
+mod curve_csv;
+mod curve_dxf;
 mod curve_svg;
+#[cfg(feature = "e57")]
+mod e57_points;
 mod extension;
 mod field;
 mod field_exr;
+mod field_vti;
+#[cfg(feature = "las")]
+mod las_header;
+#[cfg(feature = "las")]
+mod las_points;
+#[cfg(feature = "las")]
+mod laz_records;
+mod lines;
 mod mesh;
+mod mesh_glb;
+mod mesh_obj;
+mod mesh_stl;
 mod npy;
 mod npz;
 mod obj_points;
@@ -40,13 +55,19 @@ mod oriented;
 mod ply_header;
 mod ply_points;
 mod ply_writer;
+mod point_format;
 mod points;
 mod read_error;
+#[cfg(any(feature = "las", feature = "e57"))]
+mod refuse_panic;
 mod replace_file;
 mod report;
 mod spline;
+mod stl_points;
 mod table;
 mod text_points;
+mod text_preamble;
+mod text_row;
 mod write_error;
 
 pub use curve::{Curves, write_curves};
@@ -57,9 +78,10 @@ pub use extension::{
 pub use field::{Field, write_field};
 pub use mesh::{TriMesh, write_mesh};
 pub use oriented::write_oriented;
-pub use points::{Dimension, PointSet, Points, read_points};
+pub use point_format::{PointFormat, parse_points};
+pub use points::{Dimension, PointSet, Points, read_points, read_points_as};
 pub use read_error::{Malformed, Place, ReadError};
 pub use report::write_report;
-pub use spline::{SPLINE_VERSION, SplineFile, read_spline, write_spline};
+pub use spline::{SPLINE_VERSION, SplineFile, parse_spline, read_spline, write_spline};
 pub use table::{EvaluationTable, write_table};
 pub use write_error::WriteError;

@@ -2,7 +2,7 @@
 
 use std::io::Cursor;
 
-use ndarray::{Array2, ArrayD};
+use ndarray::ArrayD;
 use ndarray_npy::npy::header::Header;
 use ndarray_npy::{ReadNpyExt, ReadableElement};
 
@@ -12,23 +12,50 @@ use crate::read_error::Malformed;
 /// NumPy's own headers of plain arrays have 118 bytes; nothing plain needs more than this.
 const LONGEST_HEADER: usize = 4096;
 
-/// Reads an `N × 2` or `N × 3` array of f32 or f64 as points.
+/// Reads an `N × 2` or `N × 3` array of f32, f64 or integers as points.
 pub(crate) fn parse_points(bytes: &[u8]) -> Result<Points, Malformed> {
-    let array = parse_floats(bytes).map_err(Malformed::file)?;
-    let shape = array.shape().to_vec();
-    let dimension = match shape[..] {
+    let array = parse_numbers(bytes).map_err(Malformed::file)?;
+    let shape = array.shape();
+    let dimension = match shape {
         [_, 2] => Dimension::Two,
         [_, 3] => Dimension::Three,
+        [2 | 3, _] => {
+            let problem = "N × 2 or N × 3 is needed; its transpose would do";
+            return Err(Malformed::file(format!("the array has shape {shape:?}; {problem}")));
+        }
         _ => return Err(Malformed::file(format!("the array has shape {shape:?}; N × 2 or N × 3 is needed"))),
     };
     let mut rows = Rows::new(dimension, false);
-    let array: Array2<f64> = array
-        .into_dimensionality()
-        .map_err(|error| Malformed::file(format!("the array is not two-dimensional: {error}")))?;
+    rows.reserve(shape[0]);
+    let mut values = Vec::with_capacity(3);
     for (index, row) in array.rows().into_iter().enumerate() {
-        rows.push(&row.to_vec()).map_err(|problem| Malformed::point(index, problem))?;
+        values.clear();
+        values.extend(row);
+        rows.push(&values).map_err(|problem| Malformed::point(index, problem))?;
     }
     rows.finish()
+}
+
+/// Reads floats, or integers that f64 holds exactly.
+fn parse_numbers(bytes: &[u8]) -> Result<ArrayD<f64>, String> {
+    match descriptor(bytes)?.as_str() {
+        "|i1" | "<i1" | ">i1" => Ok(parse_elements::<i8>(bytes)?.mapv(f64::from)),
+        "|u1" | "<u1" | ">u1" => Ok(parse_elements::<u8>(bytes)?.mapv(f64::from)),
+        "<i2" | ">i2" => Ok(parse_elements::<i16>(bytes)?.mapv(f64::from)),
+        "<u2" | ">u2" => Ok(parse_elements::<u16>(bytes)?.mapv(f64::from)),
+        "<i4" | ">i4" => Ok(parse_elements::<i32>(bytes)?.mapv(f64::from)),
+        "<u4" | ">u4" => Ok(parse_elements::<u32>(bytes)?.mapv(f64::from)),
+        "<i8" | ">i8" => exactly(parse_elements::<i64>(bytes)?.mapv(i128::from)),
+        "<u8" | ">u8" => exactly(parse_elements::<u64>(bytes)?.mapv(i128::from)),
+        _ => parse_floats(bytes),
+    }
+}
+
+fn exactly(integers: ArrayD<i128>) -> Result<ArrayD<f64>, String> {
+    match integers.iter().find(|&&n| n as f64 as i128 != n) {
+        Some(n) => Err(format!("{n} has more digits than a 64-bit float; subtract an origin before saving")),
+        None => Ok(integers.mapv(|n| n as f64)),
+    }
 }
 
 /// Reads an array of f32 or f64 of any shape without empty axes, either byte order and either layout, as f64 in the array's

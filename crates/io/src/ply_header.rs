@@ -33,7 +33,7 @@ pub(crate) struct PlyElement {
 
 impl PlyHeader {
     pub(crate) fn parse(bytes: &[u8]) -> Result<Self, Malformed> {
-        let mut lines = HeaderLines { bytes, at: 0, number: 0 };
+        let mut lines = HeaderLines::of(bytes);
         if lines.next()?.trim_end() != "ply" {
             return Err(Malformed::line(1, "a PLY file begins with the line \"ply\"; this one does not"));
         }
@@ -155,14 +155,21 @@ struct HeaderLines<'a> {
     bytes: &'a [u8],
     at: usize,
     number: usize,
+    end: u8,
 }
 
-impl HeaderLines<'_> {
+impl<'a> HeaderLines<'a> {
+    /// Lines end in LF or CRLF; where the first ends in a lone CR, all do.
+    fn of(bytes: &'a [u8]) -> Self {
+        let lone_cr = bytes.starts_with(b"ply\r") && bytes.get(4) != Some(&b'\n');
+        Self { bytes, at: 0, number: 0, end: if lone_cr { b'\r' } else { b'\n' } }
+    }
+
     fn next(&mut self) -> Result<String, Malformed> {
         let limit = self.bytes.len().min(LONGEST_HEADER);
         let rest = self.bytes.get(self.at..limit).unwrap_or_default();
         self.number += 1;
-        let Some(length) = rest.iter().position(|b| *b == b'\n') else {
+        let Some(length) = rest.iter().position(|b| *b == self.end) else {
             return Err(if self.number == 1 {
                 Malformed::file("a PLY file begins with the line \"ply\"; this one does not")
             } else {

@@ -6,6 +6,7 @@ use ply_rs::ply::{
 };
 
 use crate::columns::Columns;
+use crate::lines::lines;
 use crate::ply_header::{PlyElement, PlyHeader};
 use crate::points::{Points, Rows};
 use crate::read_error::{Malformed, quoted};
@@ -15,7 +16,8 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Points, Malformed> {
     let header = PlyHeader::parse(bytes)?;
     let columns = columns(&header.vertex)?;
     let body = bytes.get(header.body..).unwrap_or_default();
-    let rows = Rows::new(columns.dimension, columns.with_normals);
+    let mut rows = Rows::new(columns.dimension, columns.with_normals);
+    rows.reserve(header.vertex.count);
     match header.encoding {
         Encoding::Ascii => parse_ascii(body, &header, &columns, rows),
         Encoding::BinaryLittleEndian => {
@@ -96,6 +98,8 @@ fn parse_binary(
 ) -> Result<Points, Malformed> {
     let mut row = |element: &PlyElement, definition: &ElementDef, index: usize| {
         read(&mut body, definition).map_err(|error| {
+            // Its causes follow on lines of their own.
+            let error = error.to_string().replace("\n\t", " ");
             Malformed::file(format!("{} {index} of {}: {error}", quoted(&element.name), element.count))
         })
     };
@@ -117,8 +121,7 @@ fn parse_binary(
 /// Rows are lines; blank ones are passed over. ply-rs does not read `.5`, `1.` or `nan`, so the numbers are parsed here.
 fn parse_ascii(body: &[u8], header: &PlyHeader, columns: &Columns, mut rows: Rows) -> Result<Points, Malformed> {
     let text = String::from_utf8_lossy(body);
-    let mut lines =
-        text.lines().enumerate().map(|(i, l)| (header.lines + i + 1, l)).filter(|(_, l)| !l.trim().is_empty());
+    let mut lines = lines(&text).map(|(number, l)| (header.lines + number, l)).filter(|(_, l)| !l.trim().is_empty());
     let mut next_line = |element: &PlyElement, index: usize| {
         lines.next().ok_or_else(|| {
             let (count, name) = (element.count, quoted(&element.name));

@@ -1,4 +1,4 @@
-//! Binary little-endian PLY with double coordinates, float normals and float confidence.
+//! Binary little-endian PLY with double coordinates, float normals, byte colours and float confidence.
 
 use std::io::{self, Write};
 
@@ -12,12 +12,13 @@ use ply_rs::writer::Writer;
 pub(crate) struct Vertex {
     pub(crate) position: [f64; 3],
     pub(crate) normal: Option<[f64; 3]>,
+    pub(crate) colour: Option<[u8; 3]>,
     pub(crate) confidence: Option<f64>,
 }
 
 impl PropertyAccess for Vertex {
     fn new() -> Self {
-        Self { position: [0.0; 3], normal: None, confidence: None }
+        Self { position: [0.0; 3], normal: None, colour: None, confidence: None }
     }
 
     fn get_double(&self, name: &str) -> Option<f64> {
@@ -26,6 +27,16 @@ impl PropertyAccess for Vertex {
             "x" => Some(x),
             "y" => Some(y),
             "z" => Some(z),
+            _ => None,
+        }
+    }
+
+    fn get_uchar(&self, name: &str) -> Option<u8> {
+        let [red, green, blue] = self.colour?;
+        match name {
+            "red" => Some(red),
+            "green" => Some(green),
+            "blue" => Some(blue),
             _ => None,
         }
     }
@@ -66,6 +77,9 @@ pub(crate) fn write(
     let mut vertex = element("vertex", vertices.len(), &["x", "y", "z"], ScalarType::Double);
     if first.normal.is_some() {
         add(&mut vertex, &["nx", "ny", "nz"], ScalarType::Float);
+    }
+    if first.colour.is_some() {
+        add(&mut vertex, &["red", "green", "blue"], ScalarType::UChar);
     }
     if first.confidence.is_some() {
         add(&mut vertex, &["confidence"], ScalarType::Float);

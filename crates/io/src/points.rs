@@ -2,9 +2,8 @@
 
 use std::path::Path;
 
-use crate::extension::{POINT_EXTENSIONS, extension_among};
+use crate::point_format::{PointFormat, parse_points};
 use crate::read_error::{Malformed, ReadError};
-use crate::{npy, obj_points, ply_points, text_points};
 
 /// Points in the plane or in space, as the file tells.
 #[derive(Debug, Clone, PartialEq)]
@@ -64,28 +63,27 @@ impl Points {
     }
 }
 
-/// Reads points; the format follows the extension (any case): `.xyz .xy .txt .csv .asc .pts`, `.ply`, `.obj`, `.npy`.
+/// Reads points; the format follows the extension (any case), one of [`crate::POINT_EXTENSIONS`].
 ///
 /// The whole file is read into memory first, so that every count in it can be checked against its size before anything is
 /// allocated.
 ///
 /// # Errors
-/// [`ReadError`]: unknown extension, folder, unreadable, or malformed with the line or the point. NaN and infinity are refused,
-/// and so is a file without points.
+/// [`ReadError`]: unknown extension, folder, unreadable, or malformed with the line, the byte or the point. NaN and infinity are
+/// refused, and so is a file without points.
 pub fn read_points(path: impl AsRef<Path>) -> Result<Points, ReadError> {
     let path = path.as_ref();
-    let extension = extension_among(path, POINT_EXTENSIONS)?;
-    let bytes = read_bytes(path)?;
-    if bytes.is_empty() {
-        return Err(ReadError::Malformed { path: path.to_owned(), malformed: Malformed::file("the file is empty") });
-    }
-    match extension {
-        "ply" => ply_points::parse(&bytes),
-        "obj" => obj_points::parse(&bytes),
-        "npy" => npy::parse_points(&bytes),
-        _ => text_points::parse(&bytes),
-    }
-    .map_err(|malformed| ReadError::Malformed { path: path.to_owned(), malformed })
+    read_points_as(path, PointFormat::of(path)?)
+}
+
+/// Reads points in the given format, whatever the extension is.
+///
+/// # Errors
+/// As [`read_points`].
+pub fn read_points_as(path: impl AsRef<Path>, format: PointFormat) -> Result<Points, ReadError> {
+    let path = path.as_ref();
+    parse_points(&read_bytes(path)?, format)
+        .map_err(|malformed| ReadError::Malformed { path: path.to_owned(), malformed })
 }
 
 /// The bytes of a file, or a sentence that says why not.
@@ -107,6 +105,14 @@ impl Rows {
         match dimension {
             Dimension::Two => Self::Two(PointSet { points: Vec::new(), normals: with_normals.then(Vec::new) }),
             Dimension::Three => Self::Three(PointSet { points: Vec::new(), normals: with_normals.then(Vec::new) }),
+        }
+    }
+
+    /// Makes room for so many rows: a number that was checked against the bytes that are there.
+    pub(crate) fn reserve(&mut self, rows: usize) {
+        match self {
+            Self::Two(set) => set.reserve(rows),
+            Self::Three(set) => set.reserve(rows),
         }
     }
 
@@ -137,6 +143,13 @@ impl Rows {
 }
 
 impl<const D: usize> PointSet<D> {
+    fn reserve(&mut self, rows: usize) {
+        self.points.reserve_exact(rows);
+        if let Some(normals) = &mut self.normals {
+            normals.reserve_exact(rows);
+        }
+    }
+
     fn push(&mut self, row: &[f64]) -> Result<(), String> {
         const NAMES: [&str; 3] = ["x", "y", "z"];
         let Some((point, rest)) = row.split_first_chunk::<D>() else {

@@ -53,6 +53,8 @@ pub enum Place {
     File,
     /// A line of text, counted from 1.
     Line(usize),
+    /// A byte, counted from 0.
+    Byte(usize),
     /// A point, counted from 0 as in the arrays of the result.
     Point(usize),
 }
@@ -76,6 +78,7 @@ impl fmt::Display for Malformed {
         match self.place {
             Place::File => f.write_str(&self.problem),
             Place::Line(line) => write!(f, "line {line}: {}", self.problem),
+            Place::Byte(byte) => write!(f, "byte {byte}: {}", self.problem),
             Place::Point(index) => write!(f, "point {index} (counted from 0): {}", self.problem),
         }
     }

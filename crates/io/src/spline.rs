@@ -135,10 +135,14 @@ pub fn write_spline(path: impl AsRef<Path>, spline: &SplineFile) -> Result<(), W
 pub fn read_spline(path: impl AsRef<Path>) -> Result<SplineFile, ReadError> {
     let path = path.as_ref();
     extension_among(path, SPLINE_EXTENSIONS)?;
-    parse(&read_bytes(path)?).map_err(|malformed| ReadError::Malformed { path: path.to_owned(), malformed })
+    parse_spline(&read_bytes(path)?).map_err(|malformed| ReadError::Malformed { path: path.to_owned(), malformed })
 }
 
-fn parse(bytes: &[u8]) -> Result<SplineFile, Malformed> {
+/// Reads a spline from the bytes of a whole `.npz` file.
+///
+/// # Errors
+/// [`Malformed`], as [`read_spline`] has it, without a path.
+pub fn parse_spline(bytes: &[u8]) -> Result<SplineFile, Malformed> {
     let mut archive = NpzArchive::open(bytes)?;
     let version = archive.integers("version")?;
     match version.iter().next() {

@@ -1,70 +1,53 @@
 //! Points as columns of text: `.xyz .xy .txt .csv .asc .pts`.
 
 use crate::columns::Columns;
+use crate::lines::lines;
 use crate::points::{Dimension, Points, Rows};
 use crate::read_error::{Malformed, quoted};
+use crate::text_preamble::{Preamble, drop_last_empty};
+use crate::text_row::{number, split, unquoted};
 
-/// Reads rows of 2 (x y), 3 (x y z) or 6 (x y z nx ny nz) numbers, or the columns that a header line names.
-pub(crate) fn parse(bytes: &[u8]) -> Result<Points, Malformed> {
+/// From so many rows on, a first column that counts them is taken for what it is.
+const ROWS_THAT_COUNT: usize = 10;
+
+/// Reads the columns that a header line names, or else the first two or three, and normals where there are six; where the plane
+/// is asked for, x and y alone.
+pub(crate) fn parse(bytes: &[u8], asked: Option<Dimension>) -> Result<Points, Malformed> {
     let text = utf8(bytes)?;
-    let mut lines = text
-        .lines()
-        .enumerate()
-        .map(|(i, line)| (i + 1, line.find('#').map_or(line, |at| &line[..at]).trim()))
-        .filter(|(_, line)| !line.is_empty() && !line.starts_with("//"))
-        .peekable();
-
+    let mut preamble = Preamble::default();
+    let mut table: Option<Table> = None;
     let mut fields = Vec::new();
-    let mut header = None;
-    let mut announced = None;
-    if let Some(&(number, line)) = lines.peek() {
+    for (number, line) in lines(text) {
+        let (line, comment) = without_comment(line);
         let at = |problem: String| Malformed::line(number, problem);
-        split(line, &mut fields).map_err(at)?;
-        if fields.iter().all(|f| is_word(unquoted(f))) {
-            header = named(&fields).map_err(at)?.map(|columns| (columns, fields.len()));
-            lines.next();
-        } else if let [count] = fields[..] {
-            // The PTS format opens with the number of points on a line of its own.
-            announced = count.parse::<u64>().ok();
-            if announced.is_some() {
-                lines.next();
-            }
+        if table.is_none() && preamble.takes(line, comment, &mut fields).map_err(at)? {
+            continue;
         }
-    }
-
-    let mut table: Option<(Columns, usize, Rows)> = None;
-    let mut values = Vec::new();
-    for (number, line) in lines {
-        let at = |problem: String| Malformed::line(number, problem);
+        if line.is_empty() {
+            continue;
+        }
         split(line, &mut fields).map_err(at)?;
-        let (columns, width, rows) = match &mut table {
-            Some(known) => known,
+        let table = match &mut table {
+            Some(table) => table,
             None => {
-                let (columns, width) = match header.take() {
-                    Some(named) => named,
-                    None => (positional(fields.len()).map_err(at)?, fields.len()),
-                };
-                let rows = Rows::new(columns.dimension, columns.with_normals);
-                table.insert((columns, width, rows))
+                let (columns, unnamed) = preamble.columns(&mut fields, asked).map_err(at)?;
+                table.insert(Table::new(columns, fields.len(), unnamed))
             }
         };
-        if fields.len() != *width {
-            return Err(at(format!("{} columns, but the rows before have {width}", fields.len())));
-        }
-        values.clear();
-        for &slot in &columns.slots {
-            let field = unquoted(fields[slot]);
-            values.push(field.parse::<f64>().map_err(|_| at(not_a_number(field, line)))?);
-        }
-        rows.push(&values).map_err(at)?;
+        table.push(&mut fields, line).map_err(at)?;
     }
-    let (.., rows) = table.ok_or_else(|| Malformed::file("the file has no points"))?;
-    match announced {
-        Some(count) if count != rows.len() as u64 => Err(Malformed::file(format!(
+    let Some(table) = table else {
+        return Err(Malformed::file(match preamble.words() {
+            0 => "the file has no points".into(),
+            lines => format!("the file has no points: {lines} lines of words, and no row of numbers"),
+        }));
+    };
+    match preamble.announced() {
+        Some(count) if count != table.rows.len() as u64 => Err(Malformed::file(format!(
             "the first line announces {count} points, but {} follow: the file is cut short, or its first line is not a count",
-            rows.len()
+            table.rows.len()
         ))),
-        _ => rows.finish(),
+        _ => table.finish(),
     }
 }
 
@@ -82,76 +65,83 @@ fn utf8(bytes: &[u8]) -> Result<&str, Malformed> {
     })
 }
 
-/// Splits at commas and semicolons, then at blanks: every comma or semicolon ends a field, blanks only separate.
-fn split<'a>(line: &'a str, fields: &mut Vec<&'a str>) -> Result<(), String> {
-    fields.clear();
-    if has_decimal_commas(line) {
-        return Err(format!(
-            "{} looks as if it had decimal commas; write decimal points, or one kind of separator",
-            quoted(line)
-        ));
+/// The row, and the comment behind `#`, or behind `//` or `%` at the beginning of the line.
+fn without_comment(line: &str) -> (&str, Option<&str>) {
+    let line = line.trim();
+    if let Some(comment) = line.strip_prefix("//").or_else(|| line.strip_prefix('%')) {
+        return ("", Some(comment));
     }
-    // One separator may end the row.
-    let line = line.strip_suffix([',', ';']).unwrap_or(line);
-    for piece in line.split([',', ';']) {
-        let before = fields.len();
-        fields.extend(piece.split_whitespace());
-        if fields.len() == before {
-            return Err(format!("an empty field in {}", quoted(line)));
-        }
+    match line.split_once('#') {
+        Some((row, comment)) => (row.trim_end(), Some(comment)),
+        None => (line, None),
     }
-    Ok(())
 }
 
-/// `1,5;2,5` and `1,5 2,5` would silently read as four columns: commas between digits, no point anywhere, and another
-/// separator beside them.
-fn has_decimal_commas(line: &str) -> bool {
-    let bytes = line.as_bytes();
-    let comma_between_digits = bytes.windows(3).any(|w| w[1] == b',' && w[0].is_ascii_digit() && w[2].is_ascii_digit());
-    let other_separator =
-        line.contains(';') || bytes.windows(2).any(|w| w[0].is_ascii_digit() && (w[1] == b' ' || w[1] == b'\t'));
-    comma_between_digits && other_separator && !line.contains('.')
+/// The rows read so far.
+struct Table {
+    columns: Columns,
+    /// The number of fields of each row.
+    width: usize,
+    /// Whether nothing but their number says what the columns are.
+    unnamed: bool,
+    /// Whether the first of four or more unnamed columns went up by one from row to row so far.
+    counts_rows: bool,
+    first: f64,
+    rows: Rows,
+    values: Vec<f64>,
 }
 
-fn unquoted(field: &str) -> &str {
-    field.strip_prefix('"').and_then(|f| f.strip_suffix('"')).unwrap_or(field)
-}
+impl Table {
+    fn new(columns: Columns, width: usize, unnamed: bool) -> Self {
+        let rows = Rows::new(columns.dimension, columns.with_normals);
+        Self { columns, width, unnamed, counts_rows: unnamed && width > 3, first: 0.0, rows, values: Vec::new() }
+    }
 
-/// Whether a field of the first line may be the name of a column: `1.0.0` is a number gone wrong, and `nan` a value.
-fn is_word(field: &str) -> bool {
-    !field.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c)) && field.parse::<f64>().is_err()
-}
-
-fn not_a_number(field: &str, line: &str) -> String {
-    format!("{} is not a number (in {})", quoted(field), quoted(line))
-}
-
-/// Columns by their number alone.
-fn positional(count: usize) -> Result<Columns, String> {
-    let (dimension, with_normals) = match count {
-        2 => (Dimension::Two, false),
-        3 => (Dimension::Three, false),
-        6 => (Dimension::Three, true),
-        _ => {
-            return Err(format!(
-                "{count} column{}; 2 (x y), 3 (x y z) or 6 (x y z nx ny nz) are read, or any number under a header line that \
-                 names x, y[, z]",
-                if count == 1 { "" } else { "s" }
-            ));
+    fn push(&mut self, fields: &mut Vec<&str>, line: &str) -> Result<(), String> {
+        if fields.len() == self.width + 1 {
+            drop_last_empty(fields);
         }
-    };
-    Ok(Columns { slots: (0..count).collect(), dimension, with_normals })
+        if fields.len() != self.width {
+            return Err(format!("{} columns, but the rows before have {}", fields.len(), self.width));
+        }
+        self.values.clear();
+        for field in self.columns.slots.iter().filter_map(|slot| fields.get(*slot)) {
+            let value = number(field).ok_or_else(|| match field.is_empty() {
+                true => format!("an empty field in {}", quoted(line)),
+                false => format!("{} is not a number (in {})", quoted(unquoted(field)), quoted(line)),
+            })?;
+            self.values.push(value);
+        }
+        if let Some(&x) = self.values.first() {
+            if self.rows.len() == 0 {
+                self.first = x;
+            }
+            self.counts_rows &= x.fract() == 0.0 && x == self.first + self.rows.len() as f64;
+        }
+        self.rows.push(&self.values)
+    }
+
+    fn finish(self) -> Result<Points, Malformed> {
+        if self.counts_rows && self.rows.len() >= ROWS_THAT_COUNT {
+            return Err(Malformed::file(format!(
+                "the first of {} columns counts the rows; give the columns a header line with the names x, y[, z]",
+                self.width
+            )));
+        }
+        let mut points = self.rows.finish()?;
+        if let (true, Points::Three(set)) = (self.unnamed, &mut points)
+            && set.normals.as_ref().is_some_and(|normals| are_colours(normals))
+        {
+            set.normals = None;
+        }
+        Ok(points)
+    }
 }
 
-/// Columns by the words of a header line; `None` where it does not name x and y.
-fn named(words: &[&str]) -> Result<Option<Columns>, String> {
-    Columns::named(|name| {
-        let mut hits = words.iter().enumerate().filter(|(_, w)| unquoted(w).eq_ignore_ascii_case(name));
-        match (hits.next(), hits.next()) {
-            (_, Some(_)) => Err(format!("two columns are named {name}")),
-            (hit, None) => Ok(hit.map(|(position, _)| position)),
-        }
-    })
+/// Whether six unnamed columns end in colours: whole numbers up to 255, of which some are large for a component of a normal.
+fn are_colours(normals: &[[f64; 3]]) -> bool {
+    let components = || normals.iter().flatten();
+    components().all(|c| c.fract() == 0.0 && (0.0..=255.0).contains(c)) && components().any(|c| *c > 10.0)
 }
 
 #[cfg(test)]
@@ -161,21 +151,21 @@ mod tests {
     use crate::read_error::Place;
 
     fn plane(text: &str) -> PointSet<2> {
-        match parse(text.as_bytes()) {
+        match parse(text.as_bytes(), None) {
             Ok(Points::Two(set)) => set,
             other => panic!("{text:?} gave {other:?}"),
         }
     }
 
     fn space(text: &str) -> PointSet<3> {
-        match parse(text.as_bytes()) {
+        match parse(text.as_bytes(), None) {
             Ok(Points::Three(set)) => set,
             other => panic!("{text:?} gave {other:?}"),
         }
     }
 
     fn refused(text: impl AsRef<[u8]>, place: Place, part: &str) {
-        let error = parse(text.as_ref()).unwrap_err();
+        let error = parse(text.as_ref(), None).unwrap_err();
         assert_eq!(error.place, place, "{error}");
         assert!(error.problem.contains(part), "{error}");
     }
@@ -192,6 +182,12 @@ mod tests {
             "x y\n1 -2.5\n3e2 .25",
             "\"x\",\"y\"\n\"1\",\"-2.5\"\n300.,0.25",
             "east north\n1 -2.5\n3e2 .25",
+            "1 -2.5\r3e2 .25\r",
+            "1;-2,5\n300,0;,25\n",
+            "1\t-2,5\r\n3e2\t0,25",
+            "1.0D0 -0.25d1\n3D+02 .25",
+            "% note\nExported on 2020-01-02 by scan 1.5\n\nx,y\n[m],[m]\n1,-2.5\n3e2,.25",
+            "//x y\n1 -2.5\n3e2 .25",
         ] {
             assert_eq!(plane(text).points, expected, "{text:?}");
         }
@@ -215,6 +211,46 @@ mod tests {
     }
 
     #[test]
+    fn columns_behind_the_coordinates_are_passed_over() {
+        let points = [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]];
+        for text in [
+            "1 2 3 0.5\n4 5 6 0.25\n",
+            "2\n1 2 3 -900 10 20 30\n4 5 6 -800 255 0 0\n",
+            "1,2,3,,two words\n4,5,6,0.5,\n",
+            "name,x,y,z\nP1,1,2,3\nP2,4,5,6\n",
+            "//X Y Z Intensity\n1 2 3 9\n4 5 6 9\n",
+            "x,y,z,\n1,2,3,\n4,5,6\n",
+        ] {
+            assert_eq!(space(text).points, points, "{text:?}");
+        }
+        // A comment of as many words names the columns, and one of another number does not.
+        assert_eq!(plane("# x y f\n1 2 3\n").points, [[1.0, 2.0]]);
+        assert_eq!(space("# x y\n1 2 3\n").points, [[1.0, 2.0, 3.0]]);
+    }
+
+    #[test]
+    fn colours_are_no_normals() {
+        assert_eq!(space("1 2 3 255 128 0\n4 5 6 0 0 0\n").normals, None);
+        assert!(space("1 2 3 1 0 0\n4 5 6 0 1 0\n").normals.is_some());
+        assert!(space("x y z nx ny nz\n1 2 3 255 128 0\n").normals.is_some(), "the header line is believed");
+    }
+
+    #[test]
+    fn where_the_plane_is_asked_for_x_and_y_are_read() {
+        for text in ["1 2 9\n", "1 2 0 1\n", "z,y,x\n9,2,1\n", "1,2\n"] {
+            let points = parse(text.as_bytes(), Some(Dimension::Two)).unwrap();
+            assert_eq!(points, Points::Two(PointSet { points: vec![[1.0, 2.0]], normals: None }), "{text:?}");
+        }
+    }
+
+    #[test]
+    fn a_column_that_counts_the_rows_is_no_coordinate() {
+        let rows = |width: usize| (1..=12).map(|i| format!("{i}{}\n", " 0.5".repeat(width - 1))).collect::<String>();
+        refused(rows(4), Place::File, "the first of 4 columns counts the rows");
+        assert_eq!(space(&rows(3)).points.len(), 12);
+    }
+
+    #[test]
     fn a_leading_count_is_checked() {
         assert_eq!(space("2\n0 0 0\n1 2 3\n").points.len(), 2);
         refused("3\n0 0 0\n1 2 3\n", Place::File, "announces 3 points, but 2 follow");
@@ -222,7 +258,7 @@ mod tests {
 
     #[test]
     fn rows_that_do_not_fit_are_named_by_line() {
-        refused("# c\n\n0 0 0 1\n", Place::Line(3), "4 columns; 2 (x y), 3 (x y z) or 6");
+        refused("x y z\n0 0 0 1\n", Place::Line(2), "4 columns under a header line of 3");
         refused("5\n1\n", Place::Line(2), "1 column;");
         refused("0 0\n1 1\n2 2 2\n", Place::Line(3), "3 columns, but the rows before have 2");
         refused("0 0\n1 one\n", Place::Line(2), "\"one\" is not a number");
@@ -233,8 +269,9 @@ mod tests {
         refused("0 1e999\n", Place::Line(1), "y is inf");
         refused("1 2 3 0 nan 1\n", Place::Line(1), "ny is nan");
         refused("1,,2\n", Place::Line(1), "an empty field");
-        refused("0 0\n1,5;2,5\n", Place::Line(2), "decimal commas");
-        refused("1,5 2,5 3,5\n", Place::Line(1), "decimal commas");
+        refused("0 0\n1,5 2,5\n", Place::Line(2), "commas decimal");
+        refused("1,234.5 2,345.6 3,456.7\n", Place::Line(1), "commas decimal");
+        refused("x,y,z\n1,,2\n", Place::Line(2), "an empty field");
     }
 
     #[test]
@@ -244,6 +281,7 @@ mod tests {
         for text in ["", "\n\n", "# only a comment\n", "x y z\n", "0\n"] {
             refused(text, Place::File, "no points");
         }
-        refused("a\u{7}b 1\n", Place::Line(1), "\"a\\u{7}b\" is not a number");
+        refused("a\u{7}b 1\n", Place::File, "1 lines of words");
+        refused(format!("{}1 2 3\n", "so it goes on\n".repeat(101)), Place::Line(101), "still no row of numbers");
     }
 }

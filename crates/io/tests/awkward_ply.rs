@@ -52,6 +52,19 @@ fn blank_lines_crlf_and_bare_decimals_are_read() {
 }
 
 #[test]
+fn headers_may_end_their_lines_as_they_like_even_before_a_binary_body() {
+    let header = format!("ply\nformat binary_little_endian 1.0\nelement vertex 1\n{XYZ}end_header\n");
+    // A body that begins with line ends: 0x0a0d0a0d as a float.
+    let body = [[13, 10, 13, 10], 2.0f32.to_le_bytes(), 3.0f32.to_le_bytes()].concat();
+    let x = f64::from(f32::from_le_bytes([13, 10, 13, 10]));
+    for end in ["\n", "\r\n", "\r"] {
+        let bytes = [header.replace('\n', end).as_bytes(), &body].concat();
+        assert_eq!(space(bytes).points, [[x, 2.0, 3.0]], "{end:?}");
+    }
+    assert_eq!(space(ascii(2, XYZ, "1 2 3\n4 5 6\n").replace('\n', "\r")).points, [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]);
+}
+
+#[test]
 fn property_names_with_dots_and_blanks_are_read() {
     let properties = format!("property uchar scalar.Intensity\n{XYZ}property float Scan Angle (deg)\n");
     assert_eq!(space(ascii(1, &properties, "9 1 2 3 45\n")).points, [[1.0, 2.0, 3.0]]);

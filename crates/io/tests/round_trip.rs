@@ -3,10 +3,12 @@
 use std::path::Path;
 
 use ndarray::{Array2, Array3, ArrayD, ArrayView3, ShapeBuilder};
+use ndarray_npy::WriteNpyExt;
 use proptest::prelude::*;
 use zeroset_io::{
-    Curves, EvaluationTable, Field, PointSet, Points, SplineFile, TriMesh, WriteError, read_points, read_spline,
-    write_curves, write_field, write_mesh, write_oriented, write_report, write_spline, write_table,
+    Curves, EvaluationTable, Field, PointFormat, PointSet, Points, SplineFile, TriMesh, WriteError, parse_points,
+    read_points, read_spline, write_curves, write_field, write_mesh, write_oriented, write_report, write_spline,
+    write_table,
 };
 
 const TETRAHEDRON: [[f64; 3]; 4] = [[0.1, 0.0, 0.0], [5e6 + 0.1, 0.0, 0.0], [0.0, 1.0 / 3.0, 0.0], [0.0, 0.0, -1e-300]];
@@ -41,7 +43,7 @@ proptest! {
                 let table = EvaluationTable { points: &points, values: &values, gradients: &[], hessians: &[] };
                 write_table(&path, &table).unwrap();
             } else {
-                write_mesh(&path, &TriMesh { vertices: &points, normals: &[], triangles: &[] }).unwrap();
+                write_mesh(&path, &TriMesh { vertices: &points, normals: &[], triangles: &[], ..Default::default() }).unwrap();
             }
             prop_assert_eq!(bits(&space(&path).points), bits(&points), "{}", name);
         }
@@ -75,6 +77,31 @@ proptest! {
 }
 
 #[test]
+fn arrays_of_every_number_type_and_layout_are_points() {
+    fn read<T: ndarray_npy::WritableElement>(array: &Array2<T>) -> Vec<[f64; 3]> {
+        let mut bytes = Vec::new();
+        array.write_npy(&mut bytes).unwrap();
+        match parse_points(&bytes, PointFormat::Npy) {
+            Ok(Points::Three(set)) => set.points,
+            other => panic!("{other:?}"),
+        }
+    }
+    let expected = [[0.0, 1.0, 2.0], [10.0, 11.0, 12.0]];
+    let value = |(i, j): (usize, usize)| (10 * i + j) as u8;
+    let array = Array2::from_shape_fn((2, 3), value);
+    let fortran = Array2::from_shape_fn((2, 3).f(), value);
+    assert!(!fortran.is_standard_layout());
+    macro_rules! each { ($($number:ty)*) => {$(
+        assert_eq!(read(&array.mapv(<$number>::from)), expected, stringify!($number));
+        assert_eq!(read(&fortran.mapv(<$number>::from)), expected, stringify!($number));
+    )*} }
+    each!(u8 i16 u16 i32 u32 i64 u64 f32 f64);
+    assert_eq!(read(&array.mapv(|n| n as i8)), expected);
+    // More than f32 holds.
+    assert_eq!(read(&array.mapv(|n| i64::from(n) + (1 << 52) + 1))[0][0], (1u64 << 52) as f64 + 1.0);
+}
+
+#[test]
 fn oriented_points_come_back_with_their_normals() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("oriented.ply");
@@ -94,7 +121,11 @@ fn oriented_points_come_back_with_their_normals() {
 fn a_mesh_in_ply_has_the_declared_layout() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("mesh.ply");
-    write_mesh(&path, &TriMesh { vertices: &TETRAHEDRON, normals: &TETRAHEDRON, triangles: &FACES }).unwrap();
+    write_mesh(
+        &path,
+        &TriMesh { vertices: &TETRAHEDRON, normals: &TETRAHEDRON, triangles: &FACES, ..Default::default() },
+    )
+    .unwrap();
     let bytes = std::fs::read(&path).unwrap();
     let end = bytes.windows(11).position(|w| w == b"end_header\n").unwrap() + 11;
     // Vertices: three doubles and three floats; faces: a count byte and three 32-bit indices.
@@ -107,10 +138,15 @@ fn a_mesh_in_ply_has_the_declared_layout() {
 fn a_mesh_in_obj_counts_from_one() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("mesh.obj");
-    write_mesh(&path, &TriMesh { vertices: &TETRAHEDRON, normals: &[], triangles: &FACES }).unwrap();
+    write_mesh(&path, &TriMesh { vertices: &TETRAHEDRON, normals: &[], triangles: &FACES, ..Default::default() })
+        .unwrap();
     let text = std::fs::read_to_string(&path).unwrap();
     assert!(text.ends_with("f 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"), "{text}");
-    write_mesh(&path, &TriMesh { vertices: &TETRAHEDRON, normals: &TETRAHEDRON, triangles: &FACES }).unwrap();
+    write_mesh(
+        &path,
+        &TriMesh { vertices: &TETRAHEDRON, normals: &TETRAHEDRON, triangles: &FACES, ..Default::default() },
+    )
+    .unwrap();
     assert!(std::fs::read_to_string(&path).unwrap().contains("f 1//1 3//3 2//2\n"));
 }
 
@@ -120,12 +156,16 @@ fn a_mesh_that_does_not_fit_together_is_refused_and_leaves_the_old_file() {
     let path = folder.path().join("mesh.ply");
     std::fs::write(&path, "old").unwrap();
     for (normals, triangles) in [(&TETRAHEDRON[..1], &FACES[..]), (&[], &[[0, 1, 4]])] {
-        let error = write_mesh(&path, &TriMesh { vertices: &TETRAHEDRON, normals, triangles }).unwrap_err();
+        let error = write_mesh(&path, &TriMesh { vertices: &TETRAHEDRON, normals, triangles, ..Default::default() })
+            .unwrap_err();
         assert!(matches!(error, WriteError::Invalid { .. }));
     }
     assert_eq!(std::fs::read_to_string(&path).unwrap(), "old");
     assert!(matches!(
-        write_mesh(folder.path().join("mesh.stl"), &TriMesh { vertices: &[], normals: &[], triangles: &[] }),
+        write_mesh(
+            folder.path().join("mesh.stp"),
+            &TriMesh { vertices: &[], normals: &[], triangles: &[], ..Default::default() }
+        ),
         Err(WriteError::UnknownExtension(_))
     ));
 }

@@ -1,0 +1,16 @@
+//! Closed curves as rows of text.
+
+use std::io::{self, Write};
+
+use crate::curve::Curves;
+
+/// Writes a header line and a row for each vertex; the number of the curve comes first, and the first vertex is not repeated.
+pub(crate) fn write(out: &mut impl Write, curves: &Curves<'_>) -> io::Result<()> {
+    writeln!(out, "curve,x,y")?;
+    for (index, curve) in curves.curves.iter().enumerate() {
+        for [x, y] in curve {
+            writeln!(out, "{index},{x:?},{y:?}")?;
+        }
+    }
+    Ok(())
+}
