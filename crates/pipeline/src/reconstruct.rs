@@ -44,6 +44,8 @@ pub struct Reconstruction<const D: usize> {
     pub report: Report,
 }
 
+/// Of fewer points, the held-out ones are a small sample.
+const FEW: usize = 3000;
 /// Below this share of zero-set edges with data nearby, a warning is given.
 const SUPPORT_EXPECTED: f64 = 0.7;
 
@@ -97,7 +99,7 @@ pub fn reconstruct<const D: usize>(
 
     let spline = if options.refine {
         road.stage(|| {
-            let mut settings = refinement(&frame, &spacing, cell, options);
+            let mut settings = refinement(&frame, &spacing, cell, heard.len(), options);
             settings.stiffness =
                 anchor::stiffness(&domain, halvings, options.degree, &distance, cell.max(spacing.typical));
             let (spline, report) = trust_region::refine(&heard, Some(&spacing.areas), &initial, &settings)?;
@@ -107,7 +109,7 @@ pub fn reconstruct<const D: usize>(
         initial
     };
 
-    let trust = trust::judge(&spline, few, few_spacing, &domain.knots(options.degree, 0)?)?;
+    let trust = trust::judge(&spline, (&heard, &spacing), few, few_spacing, &domain.knots(options.degree, 0)?)?;
     let (warning, doubt) = trust::verdict(&trust);
     let mut warnings = warnings(&road.stages);
     warnings.extend(warning);
@@ -297,14 +299,16 @@ fn refinement<const D: usize>(
     frame: &Frame<D>,
     spacing: &Spacing,
     cell: f64,
+    points: usize,
     options: &Options,
 ) -> trust_region::Options {
     let mut settings = trust_region::Options::for_spacing::<D>(spacing.typical);
     // A lattice coarser than the data cannot follow detail below its cells.
     settings.smoothing_length = spacing.typical.max(0.5 * cell);
     settings.smallest_smoothing_length = 0.05 * settings.smoothing_length;
-    // One more step after the held-out error has turned costs as much as all that it could still gain.
-    settings.patience = 1;
+    // One more step after the held-out error has turned costs as much as all that it could still gain; but of few points
+    // so few are held out that their error may turn by chance.
+    settings.patience = if points < FEW { 3 } else { 1 };
     if let Some(length) = options.smoothing {
         let length = length * frame.scale;
         settings.smoothing_length = length.max(settings.smoothing_length);

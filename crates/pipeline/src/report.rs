@@ -34,6 +34,8 @@ pub struct TrustReport {
     pub judgement: zeroset_gefm::Judgement,
     /// Share of the points whose side is unsure.
     pub unsure: f64,
+    /// Share of the fitted points that lie farther from the zero set than the rest of the data explains.
+    pub misfit: f64,
 }
 
 /// The points that were given.

@@ -2,22 +2,30 @@
 
 use zeroset_bspline::{KnotVector, Spline};
 use zeroset_gefm::Referee;
+use zeroset_trust_region::sampson_distances;
 
 use crate::error::ReconstructError;
 use crate::report::TrustReport;
 use crate::spacing::Spacing;
 
-/// A score above this is no orientation that anybody should rely on: right ones reached 0.25 at the worst (noise of 2 %),
-/// wrong ones scored 0.35 and more.
-const NO_TRUST: f64 = 0.35;
+/// A score above this is no orientation that anybody should rely on: right ones reached 0.25 with points all over the
+/// surface and 0.36 with points along curves on it, wrong ones scored 0.44 and more.
+const NO_TRUST: f64 = 0.4;
 /// Above this, some part is probably on the wrong side.
 const SOME_DOUBT: f64 = 0.24;
 /// `|W − ½|` at a point from which its side is unsure: W is nearer to what it would be a full sheet away.
 const UNSURE: f64 = 0.4;
+/// A point does not fit if it lies farther from the zero set than this share of its spacing and than so many times the
+/// median of all points.
+const FAR_OFF: f64 = 0.1;
+const FAR_OFF_MEDIANS: f64 = 8.0;
+/// More such points than this mean walls or gaps that the points cannot tell apart; creases have fewer.
+const MISFITS: f64 = 0.012;
 
-/// What winding numbers say of the final function.
+/// What winding numbers say of the final function f, and how it fits the points `fitted` with their `own` spacing.
 pub fn judge<const D: usize>(
     f: &Spline<D>,
+    (fitted, own): (&[[f64; D]], &Spacing),
     points: &[[f64; D]],
     spacing: &Spacing,
     knots: &[KnotVector; D],
@@ -25,7 +33,16 @@ pub fn judge<const D: usize>(
     let referee = Referee::new(points, &spacing.areas, spacing.typical, spacing.density, knots)?;
     let (judgement, winding) = referee.judge(f)?;
     let unsure = winding.iter().filter(|w| (**w - 0.5).abs() > UNSURE).count() as f64 / winding.len() as f64;
-    Ok(TrustReport { judgement, unsure })
+    Ok(TrustReport { judgement, unsure, misfit: misfit(f, fitted, own) })
+}
+
+fn misfit<const D: usize>(f: &Spline<D>, points: &[[f64; D]], spacing: &Spacing) -> f64 {
+    let distances: Vec<f64> = sampson_distances(f, points).into_iter().map(f64::abs).collect();
+    let mut sorted = distances.clone();
+    sorted.sort_by(f64::total_cmp);
+    let usual = FAR_OFF_MEDIANS * sorted[sorted.len() / 2];
+    let off = distances.iter().zip(&spacing.local).filter(|(d, s)| **d > usual.max(FAR_OFF * **s)).count();
+    off as f64 / distances.len() as f64
 }
 
 /// The warning, if there is some doubt, or the doubt, if there is no trust.
@@ -40,8 +57,43 @@ pub fn verdict(trust: &TrustReport) -> (Option<String>, Option<String>) {
         );
         return (None, Some(doubt));
     }
-    let warning = (score > SOME_DOUBT).then(|| {
-        format!("some points are probably on the wrong side (score {score:.2}, {unsure:.0} % of the points unsure): {advice}")
+    if score > SOME_DOUBT {
+        let warning = format!(
+            "some points are probably on the wrong side (score {score:.2}, {unsure:.0} % of the points unsure): {advice}"
+        );
+        return (Some(warning), None);
+    }
+    let warning = (trust.misfit > MISFITS).then(|| {
+        format!(
+            "{:.1} % of the points lie off the result, far more than the rest: walls or gaps there are thinner than the \
+             points or the cells can tell apart; try a higher --resolution, or a denser scan",
+            100.0 * trust.misfit
+        )
     });
     (warning, None)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_few_points_far_off_are_counted_and_noise_is_not() {
+        let knots = KnotVector::uniform(3, -1.0, 0.1, 20).unwrap();
+        // f = x, by its Greville abscissae.
+        let f = Spline::from_flat(
+            [knots.clone(), knots],
+            (0..23 * 23).map(|flat| -1.0 + 0.1 * ((flat / 23) as f64 - 1.0)).collect(),
+        )
+        .unwrap();
+        let line = |off: &dyn Fn(usize) -> f64| -> Vec<[f64; 2]> {
+            (0..100).map(|i| [off(i), -0.9 + 0.018 * i as f64]).collect()
+        };
+        let share = |points: &[[f64; 2]]| misfit(&f, points, &Spacing::of(points));
+        assert_eq!(share(&line(&|_| 0.0)), 0.0);
+        // Half a spacing off, one in twenty.
+        assert_eq!(share(&line(&|i| if i % 20 == 7 { 0.009 } else { 0.0 })), 0.05);
+        // All as far off as each other: noise.
+        assert_eq!(share(&line(&|i| if i % 2 == 0 { 0.009 } else { -0.008 })), 0.0);
+    }
 }

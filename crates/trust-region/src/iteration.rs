@@ -19,6 +19,9 @@ const POOR: f64 = 0.25;
 const GOOD: f64 = 0.75;
 /// A score counts as lower when it is lower by this share.
 const SIGNIFICANT: f64 = 0.05;
+/// The initial shape is kept if its held-out error is below this share of the best one. (It may have been made from the
+/// points that are held out, so that a little better says nothing.)
+const MUCH_BETTER: f64 = 0.5;
 /// Predictions below this share of the objective are rounding.
 const ROUNDING: f64 = 1e-13;
 
@@ -97,7 +100,7 @@ impl<'a, const D: usize> Run<'a, D> {
         match &self.held_out_best {
             Some(best) if rule != StoppingRule::SampsonErrorReached => {
                 // Steps that only made it worse: the initial shape was better than they.
-                if self.initial.held_out_rms < best.errors.held_out_rms.map(|rms| (1.0 - SIGNIFICANT) * rms) {
+                if self.initial.held_out_rms < best.errors.held_out_rms.map(|rms| MUCH_BETTER * rms) {
                     (&self.start, None)
                 } else {
                     (&best.at, Some(best.iteration))

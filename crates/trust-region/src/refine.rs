@@ -11,11 +11,14 @@ use crate::iteration::Run;
 use crate::more_sorensen::MOST_EXACT;
 use crate::objective::Objective;
 use crate::options::{Options, SubProblem};
-use crate::report::{Iteration, Report};
+use crate::report::{Iteration, Report, StoppingRule};
 use crate::sampson::SampsonError;
 
 /// Gradients that change a function by less than this share across its box are rounding.
 const NO_GRADIENT: f64 = 1e-11;
+
+/// Most iterations with all points once the held-out ones have decided where to stop.
+const FINISHING: usize = 2;
 
 /// Lowers `R(f) = Σ aᵢ f(Pᵢ)²/‖∇f(Pᵢ)‖² + w_k Eng(f)` from an initial shape, section 2.3 of the paper.
 ///
@@ -85,22 +88,47 @@ pub fn refine_with<const D: usize>(
     let mut run = Run::new(&objective, options, share, initial.as_flat().to_vec())?;
     let stopping_rule = run.iterate(observer)?;
     let (best, best_iteration) = run.best(stopping_rule);
+    let result = objective.errors(best)?;
+    let mut f = best.f.clone();
+    let (mut applications, mut factorisations) = (run.operator_applications, run.factorisations);
+
+    let all = SampsonError::new(collocation, &areas, options.gradient_floor);
+    let Objective { energy, anchor, .. } = &objective;
+    if let (true, Some(iteration)) = (held_out_points > 0, best_iteration) {
+        // The points that were held out have decided the weight; now they count like the others.
+        let length = run.iterations[iteration].smoothing_length;
+        let finish = Options {
+            smoothing_length: length,
+            holdout: 0.0,
+            most_iterations: FINISHING,
+            decay: 1.0,
+            ..options.clone()
+        };
+        let (energy, anchor) = (energy.clone(), anchor.clone());
+        let objective = Objective { anchor, fitted: all, held_out: None, energy, normalisation: options.normalisation };
+        let mut last = Run::new(&objective, &finish, 1.0, f)?;
+        last.iterate(&|_| ControlFlow::Continue(()))?;
+        applications += last.operator_applications;
+        factorisations += last.factorisations;
+        let (best, _) = last.best(StoppingRule::IterationLimit);
+        f = best.f.clone();
+    }
 
     // One factor for the end: ‖∇f‖ averages 1 over all points, those held out included.
-    let all = SampsonError::new(collocation, &areas, options.gradient_floor).at(&best.f)?;
+    let all = SampsonError::new(Collocation::new(initial.knots(), points)?, &areas, options.gradient_floor).at(&f)?;
     let scale = 1.0 / all.mean_gradient();
-    let spline = Spline::from_flat(initial.knots().clone(), best.f.iter().map(|c| scale * c).collect())?;
+    let spline = Spline::from_flat(initial.knots().clone(), f.iter().map(|c| scale * c).collect())?;
     let report = Report {
         fitted_points: points.len() - held_out_points,
         held_out_points,
         coefficients: unknowns,
         initial: run.initial,
-        result: objective.errors(best)?,
+        result,
         best_iteration,
         floored: all.floored(),
         stopping_rule,
-        operator_applications: run.operator_applications,
-        factorisations: run.factorisations,
+        operator_applications: applications,
+        factorisations,
         iterations: run.iterations,
         seconds: start.elapsed().as_secs_f64(),
     };
