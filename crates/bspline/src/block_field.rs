@@ -68,6 +68,23 @@ impl<const D: usize> BlockField<D> {
         );
     }
 
+    /// The numbers of the set's members, in their order: the inverse of [`BlockField::scatter`].
+    ///
+    /// # Panics
+    /// If `out` does not have one place per member.
+    #[track_caller]
+    pub fn members(&self, out: &mut [f64]) {
+        assert_eq!(out.len(), self.set.len(), "one place per member");
+        let mut rest = out.iter_mut();
+        for (slot, block) in self.values.chunks_exact(IndexSet::<D>::BLOCK).enumerate() {
+            self.set.for_each_place(slot, |place| {
+                if let Some(out) = rest.next() {
+                    *out = block[place];
+                }
+            });
+        }
+    }
+
     /// Adds numbers given on the members of a subset, in their order.
     ///
     /// # Panics
@@ -175,6 +192,9 @@ mod tests {
         let values: Vec<f64> = set.iter().map(|k| number(k.map(i64::from))).collect();
         let mut field = BlockField::zeros(Arc::clone(&set));
         field.scatter(&values);
+        let mut back = vec![f64::NAN; values.len()];
+        field.members(&mut back);
+        assert_eq!(back, values);
         for (first, side) in [([-3, 2, 5], 14), ([8, 8, 16], 8), ([13, 17, 30], 4), ([7, 9, 37], 6)] {
             let mut out = vec![f64::NAN; side * side * side];
             field.gather(first, side, &mut out);
