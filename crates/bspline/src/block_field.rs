@@ -138,19 +138,56 @@ impl<const D: usize> BlockField<D> {
         let block =
             self.set.slot(start).map(|slot| &self.values[slot * IndexSet::<D>::BLOCK..][..IndexSet::<D>::BLOCK]);
         let [x, y, z] = if D == 3 { [piece[0], piece[1], piece[2]] } else { [(0, 0, 1), piece[0], piece[1]] };
-        for i in 0..x.2 {
-            for j in 0..y.2 {
-                let to = &mut out[((x.1 + i) * side + y.1 + j) * side + z.1..][..z.2];
-                match block {
-                    Some(block) => {
-                        let from = &block[((x.0 + i) * SIDE + y.0 + j) * SIDE + z.0..][..z.2];
-                        // A loop: the rows are too short for a call.
-                        for (to, from) in to.iter_mut().zip(from) {
-                            *to = *from;
-                        }
-                    }
-                    None => to.iter_mut().for_each(|to| *to = 0.0),
+        let rows = Rows { from: [x.0, y.0, z.0], to: [x.1, y.1, z.1], count: [x.2, y.2], side };
+        match (z.2, block) {
+            (_, None) => rows.clear(z.2, out),
+            // Known lengths: rows are too short for a call that copies memory.
+            (8, Some(block)) => rows.copy::<8>(block, out),
+            (4, Some(block)) => rows.copy::<4>(block, out),
+            (3, Some(block)) => rows.copy::<3>(block, out),
+            (2, Some(block)) => rows.copy::<2>(block, out),
+            (length, Some(block)) => (0..length).for_each(|k| rows.moved(k).copy::<1>(block, out)),
+        }
+    }
+}
+
+/// Rows of a block, as far as they lie in a box.
+#[derive(Clone, Copy)]
+struct Rows {
+    /// First place in the block.
+    from: [usize; 3],
+    /// First place in the box.
+    to: [usize; 3],
+    count: [usize; 2],
+    /// Side of the box.
+    side: usize,
+}
+
+impl Rows {
+    /// The same, some places further along the rows.
+    fn moved(mut self, places: usize) -> Self {
+        self.from[2] += places;
+        self.to[2] += places;
+        self
+    }
+
+    fn copy<const N: usize>(self, block: &[f64], out: &mut [f64]) {
+        for i in 0..self.count[0] {
+            for j in 0..self.count[1] {
+                let from = ((self.from[0] + i) * SIDE + self.from[1] + j) * SIDE + self.from[2];
+                let to = ((self.to[0] + i) * self.side + self.to[1] + j) * self.side + self.to[2];
+                if let (Some(from), Some(to)) = (block[from..].first_chunk::<N>(), out[to..].first_chunk_mut::<N>()) {
+                    *to = *from;
                 }
+            }
+        }
+    }
+
+    fn clear(self, length: usize, out: &mut [f64]) {
+        for i in 0..self.count[0] {
+            for j in 0..self.count[1] {
+                let to = ((self.to[0] + i) * self.side + self.to[1] + j) * self.side + self.to[2];
+                out[to..to + length].iter_mut().for_each(|to| *to = 0.0);
             }
         }
     }

@@ -176,94 +176,110 @@ impl<const D: usize, const N: usize> WithSimd for Block<'_, D, N> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
+    fn with_simd<S: Simd>(self, simd: S) {
         let Self { energy, buffers } = self;
         let Buffers { halo, lines, planes, result } = buffers;
-        along_last::<N>(&energy.grams[D - 1], halo, lines);
+        along_last::<S, N>(simd, &energy.grams[D - 1], halo, lines);
         if D == 3 {
-            across::<N>(&energy.grams[1], lines, planes);
-            along_first::<N, { SIDE * SIDE }>(&energy.last, planes, result);
+            across::<S, N>(simd, &energy.grams[1], lines, planes);
+            along_first::<S, N, { SIDE * SIDE }>(simd, &energy.last, planes, result);
         } else {
-            along_first::<N, SIDE>(&energy.last, lines, result);
+            along_first::<S, N, SIDE>(simd, &energy.last, lines, result);
         }
     }
 }
 
-type Line = [f64; SIDE];
+/// Stencils with their entries in all lanes.
+#[inline(always)]
+fn splat<S: Simd>(simd: S, stencils: &[Stencil; ORDERS], factors: [f64; ORDERS]) -> [[S::f64s; REACH + 1]; ORDERS] {
+    let mut out = [[simd.splat_f64s(0.0); REACH + 1]; ORDERS];
+    for k in 0..ORDERS {
+        for t in 0..=REACH {
+            out[k][t] = simd.splat_f64s(factors[k] * stencils[k][t]);
+        }
+    }
+    out
+}
+
+/// The middle of seven numbers, and the sums of those that a symmetric stencil treats alike.
+#[inline(always)]
+fn pairs<S: Simd>(simd: S, at: impl Fn(usize) -> S::f64s) -> [S::f64s; REACH + 1] {
+    let sum = |t: usize| simd.add_f64s(at(REACH - t), at(REACH + t));
+    [at(REACH), sum(1), sum(2), sum(3)]
+}
+
+#[inline(always)]
+fn weighted<S: Simd>(simd: S, stencil: &[S::f64s; REACH + 1], pairs: &[S::f64s; REACH + 1]) -> S::f64s {
+    let product = |t: usize| simd.mul_f64s(stencil[t], pairs[t]);
+    simd.add_f64s(simd.add_f64s(product(0), product(1)), simd.add_f64s(product(2), product(3)))
+}
+
+#[inline(always)]
+fn registers<S: Simd>(numbers: &[f64]) -> &[S::f64s] {
+    S::as_simd_f64s(numbers).0
+}
 
 /// `E_k = G_k x` of every line.
 #[inline(always)]
-fn along_last<const N: usize>(grams: &[Stencil; ORDERS], halo: &[f64], lines: &mut [f64]) {
-    let count = halo.len() / HALO;
+fn along_last<S: Simd, const N: usize>(simd: S, grams: &[Stencil; ORDERS], halo: &[f64], lines: &mut [f64]) {
+    let grams = splat(simd, grams, [1.0; ORDERS]);
+    let level = halo.len() / HALO * SIDE;
     for (index, x) in halo.as_chunks::<HALO>().0.iter().enumerate() {
-        let mut sums = [[0.0; SIDE]; N];
-        for e in 0..SIDE {
-            let pairs = [x[e + 3], x[e + 2] + x[e + 4], x[e + 1] + x[e + 5], x[e] + x[e + 6]];
+        let shifted: [&[S::f64s]; 2 * REACH + 1] = std::array::from_fn(|t| registers::<S>(&x[t..t + SIDE]));
+        for v in 0..SIDE / S::F64_LANES {
+            let pairs = pairs(simd, |t| shifted[t][v]);
             for k in 0..N {
-                sums[k][e] = (grams[k][0] * pairs[0] + grams[k][1] * pairs[1])
-                    + (grams[k][2] * pairs[2] + grams[k][3] * pairs[3]);
+                let out = S::as_mut_simd_f64s(&mut lines[k * level + index * SIDE..][..SIDE]).0;
+                out[v] = weighted(simd, &grams[k], &pairs);
             }
-        }
-        for k in 0..N {
-            lines[(k * count + index) * SIDE..][..SIDE].copy_from_slice(&sums[k]);
         }
     }
 }
 
 /// `E_k ← Σ_a (k over a) G_a E_{k−a}` along the second axis, plane by plane.
 #[inline(always)]
-fn across<const N: usize>(grams: &[Stencil; ORDERS], lines: &[f64], planes: &mut [f64]) {
-    let (lines, planes) = (lines.as_chunks::<SIDE>().0, planes.as_chunks_mut::<SIDE>().0);
+fn across<S: Simd, const N: usize>(simd: S, grams: &[Stencil; ORDERS], lines: &[f64], planes: &mut [f64]) {
+    // By the order of the source, then by that of the stencil.
+    let factors: [_; ORDERS] = std::array::from_fn(|b| {
+        splat(simd, grams, std::array::from_fn(|a| if a + b < N { BINOMIAL[a + b][a] } else { 0.0 }))
+    });
     for x in 0..HALO {
-        for y in 0..SIDE {
-            let mut sums = [[0.0; SIDE]; N];
+        let plane = |b: usize| registers::<S>(&lines[(b * HALO + x) * HALO * SIDE..][..HALO * SIDE]);
+        let sources: [&[S::f64s]; N] = std::array::from_fn(plane);
+        let step = SIDE / S::F64_LANES;
+        for place in 0..SIDE * step {
+            let mut sums = [simd.splat_f64s(0.0); N];
             for b in 0..N {
-                let row = |t: usize| &lines[(b * HALO + x) * HALO + y + t];
-                let pairs = pairs(row);
+                let pairs = pairs(simd, |t| sources[b][place + t * step]);
                 for a in 0..N - b {
-                    for t in 0..=REACH {
-                        let factor = BINOMIAL[a + b][a] * grams[a][t];
-                        for e in 0..SIDE {
-                            sums[a + b][e] += factor * pairs[t][e];
-                        }
-                    }
+                    sums[a + b] = simd.add_f64s(sums[a + b], weighted(simd, &factors[b][a], &pairs));
                 }
             }
             for k in 0..N {
-                planes[(k * HALO + x) * SIDE + y] = sums[k];
+                let out = S::as_mut_simd_f64s(&mut planes[(k * HALO + x) * SIDE * SIDE..][..SIDE * SIDE]).0;
+                out[place] = sums[k];
             }
         }
     }
 }
 
-#[inline(always)]
-fn pairs<'l>(row: impl Fn(usize) -> &'l Line) -> [Line; REACH + 1] {
-    std::array::from_fn(|t| {
-        if t == 0 {
-            *row(REACH)
-        } else {
-            let (before, after) = (row(REACH - t), row(REACH + t));
-            std::array::from_fn(|e| before[e] + after[e])
-        }
-    })
-}
-
 /// The first axis: one stencil for each order, rows of `W` numbers.
 #[inline(always)]
-fn along_first<const N: usize, const W: usize>(last: &[Stencil; ORDERS], input: &[f64], result: &mut [f64]) {
-    let input = input.as_chunks::<SIDE>().0;
-    let lines = W / SIDE;
-    for (at, out) in result.as_chunks_mut::<SIDE>().0.iter_mut().enumerate() {
-        let mut sum = [0.0; SIDE];
+fn along_first<S: Simd, const N: usize, const W: usize>(
+    simd: S,
+    last: &[Stencil; ORDERS],
+    input: &[f64],
+    result: &mut [f64],
+) {
+    let stencils = splat(simd, last, [1.0; ORDERS]);
+    let step = W / S::F64_LANES;
+    let sources: [&[S::f64s]; N] = std::array::from_fn(|b| registers::<S>(&input[b * HALO * W..][..HALO * W]));
+    let out = S::as_mut_simd_f64s(&mut result[..SIDE * W]).0;
+    for place in 0..SIDE * step {
+        let mut sum = simd.splat_f64s(0.0);
         for b in 0..N {
-            let row = |t: usize| &input[b * HALO * lines + at + t * lines];
-            let pairs = pairs(row);
-            for t in 0..=REACH {
-                for e in 0..SIDE {
-                    sum[e] += last[b][t] * pairs[t][e];
-                }
-            }
+            sum = simd.add_f64s(sum, weighted(simd, &stencils[b], &pairs(simd, |t| sources[b][place + t * step])));
         }
-        *out = sum;
+        out[place] = sum;
     }
 }
