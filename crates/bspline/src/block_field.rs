@@ -75,14 +75,16 @@ impl<const D: usize> BlockField<D> {
     #[track_caller]
     pub fn members(&self, out: &mut [f64]) {
         assert_eq!(out.len(), self.set.len(), "one place per member");
-        let mut rest = out.iter_mut();
-        for (slot, block) in self.values.chunks_exact(IndexSet::<D>::BLOCK).enumerate() {
-            self.set.for_each_place(slot, |place| {
-                if let Some(out) = rest.next() {
-                    *out = block[place];
-                }
-            });
-        }
+        self.set.members_of_blocks(&self.values, out);
+    }
+
+    /// Takes over the numbers of another field on the same set.
+    ///
+    /// # Panics
+    /// If the sets have different numbers of blocks.
+    #[track_caller]
+    pub fn assign(&mut self, other: &Self) {
+        self.values.copy_from_slice(&other.values);
     }
 
     /// Adds numbers given on the members of a subset, in their order.

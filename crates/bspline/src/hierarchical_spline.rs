@@ -89,10 +89,17 @@ impl<const D: usize> Level<D> {
         &self.knots
     }
 
-    /// Side of the cells.
+    /// Sides of the cells along each axis.
+    pub fn cell_sides(&self) -> [f64; D] {
+        std::array::from_fn(|axis| {
+            let (start, end) = self.knots[axis].domain();
+            (end - start) / f64::from(self.cells.extent()[axis])
+        })
+    }
+
+    /// The longest of [`Level::cell_sides`].
     pub fn cell_side(&self) -> f64 {
-        let (start, end) = self.knots[0].domain();
-        (end - start) / f64::from(self.cells.extent()[0])
+        self.cell_sides().into_iter().fold(0.0, f64::max)
     }
 
     /// Ω_j: the cells on which functions of this level are active.

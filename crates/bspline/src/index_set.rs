@@ -147,6 +147,24 @@ impl<const D: usize> IndexSet<D> {
         block_mask::for_each(&self.masks[slot], visit);
     }
 
+    /// Picks the members' numbers, in their order, out of blocks of numbers.
+    ///
+    /// # Panics
+    /// If there is not one number per place of every block, or not one place per member in `out`.
+    #[track_caller]
+    pub fn members_of_blocks(&self, blocks: &[f64], out: &mut [f64]) {
+        assert_eq!(blocks.len(), self.block_count() * Self::BLOCK, "one number per place of every block");
+        assert_eq!(out.len(), self.len(), "one place per member");
+        let mut rest = out.iter_mut();
+        for (block, mask) in blocks.chunks_exact(Self::BLOCK).zip(&self.masks) {
+            block_mask::for_each(mask, |place| {
+                if let Some(out) = rest.next() {
+                    *out = block[place];
+                }
+            });
+        }
+    }
+
     /// The block that has a given index as its first, where it has members. `start` may lie outside the extent.
     pub fn slot(&self, start: [i64; D]) -> Option<usize> {
         let block = start.map(|k| k.div_euclid(SIDE as i64));

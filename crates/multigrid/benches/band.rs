@@ -66,7 +66,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     let threads = rayon::current_num_threads() as f64;
     let collocation = BandCollocation::new(level, &points);
-    let energy = BandEnergy::new(Arc::clone(active), [level.cell_side(); 3], Fairness::thin_plate(1e-6));
+    let energy = BandEnergy::new(Arc::clone(active), level.cell_sides(), Fairness::thin_plate(1e-6));
     let third = energy.with_fairness(Fairness::third_order(1e-10, 0.01));
     let rate = |name: &str, time: f64| {
         let rate = active.len() as f64 / time / threads / 1e6;

@@ -73,7 +73,7 @@ impl<const D: usize> BandCollocation<D> {
             blocks.push(Block { start, points: from..from + group.len() });
             from += group.len();
         }
-        Self { sides: sides(level), indices: keys.into_iter().map(|key| key.2).collect(), places, blocks }
+        Self { sides: level.cell_sides(), indices: keys.into_iter().map(|key| key.2).collect(), places, blocks }
     }
 
     /// For every point in the level's cells, its place among the points given.
@@ -184,14 +184,6 @@ impl<const D: usize> BandCollocation<D> {
         }
         parts
     }
-}
-
-/// Sides of a level's cells along each axis.
-pub(crate) fn sides<const D: usize>(level: &Level<D>) -> [f64; D] {
-    std::array::from_fn(|axis| {
-        let (start, end) = level.knots()[axis].domain();
-        (end - start) / f64::from(level.cells().extent()[axis])
-    })
 }
 
 /// Adds a tile to the blocks that it reaches, those from slot `first` on.

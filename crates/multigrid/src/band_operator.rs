@@ -33,16 +33,14 @@ impl<'a, const D: usize> BandOperator<'a, D> {
         energy: BandEnergy<D>,
     ) -> Self {
         let active = Arc::clone(energy.active());
-        let mut field = BlockField::zeros(Arc::clone(&active));
-        let mut sums = vec![0.0; field.blocks().len()];
+        let mut sums = vec![0.0; IndexSet::<D>::BLOCK * active.block_count()];
         collocation.add_squares(&alpha, &beta, &active, &mut sums);
         let mut diagonal = vec![0.0; active.len()];
-        field.fill_blocks(|slot, block| block.copy_from_slice(&sums[slot * block.len()..][..block.len()]));
-        field.members(&mut diagonal);
+        active.members_of_blocks(&sums, &mut diagonal);
         let smooth = energy.diagonal();
         diagonal.iter_mut().for_each(|d| *d += smooth);
         let scratch = Scratch::new();
-        scratch.with(|| (field, sums), |_| ());
+        scratch.with(|| (BlockField::zeros(active), sums), |_| ());
         Self { collocation, alpha, beta, energy, diagonal, scratch }
     }
 

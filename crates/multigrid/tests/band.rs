@@ -56,10 +56,6 @@ fn restricted<const D: usize>(level: &Level<D>, y: &[f64]) -> Vec<f64> {
     places(level).into_iter().map(|place| y[place]).collect()
 }
 
-fn sides<const D: usize>(level: &Level<D>) -> [f64; D] {
-    level.knots().each_ref().map(|knots| knots.knots()[1] - knots.knots()[0])
-}
-
 #[track_caller]
 fn assert_near(a: &[f64], b: &[f64], tolerance: f64) {
     let size = b.iter().map(|v| v.abs()).fold(0.0, f64::max);
@@ -91,7 +87,7 @@ fn check_operator<const D: usize>() {
         let equations = NormalEquations::new(&DerivativeEnergy::thin_plate(level.knots()).unwrap());
         let matrix = equations.rows(&dense, &dense_alpha, Some(&dense_beta), 1e-3).unwrap();
 
-        let energy = BandEnergy::new(Arc::clone(level.active()), sides(level), Fairness::thin_plate(1e-3));
+        let energy = BandEnergy::new(Arc::clone(level.active()), level.cell_sides(), Fairness::thin_plate(1e-3));
         let operator = BandOperator::new(&collocation, alpha.clone(), beta.clone(), energy);
         let x = scattered(operator.size(), 9);
         let mut y = vec![f64::NAN; x.len()];
@@ -111,10 +107,8 @@ fn check_operator<const D: usize>() {
         }
         dense.add_values_transposed(&values, &mut exact);
         dense.add_gradients_transposed(&gradients, &mut exact);
-        let mut field = zeroset_bspline::BlockField::zeros(Arc::clone(level.active()));
-        field.fill_blocks(|slot, block| block.copy_from_slice(&sums[slot * block.len()..][..block.len()]));
         let mut transposed = vec![0.0; level.active().len()];
-        field.members(&mut transposed);
+        level.active().members_of_blocks(&sums, &mut transposed);
         assert_near(&transposed, &restricted(level, &exact), 1e-13);
 
         let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
@@ -170,7 +164,7 @@ fn check_energy<const D: usize>(fairness: Fairness) {
         };
         (0..4).map(energy).sum()
     };
-    let energy = BandEnergy::new(Arc::clone(level.active()), sides(level), fairness);
+    let energy = BandEnergy::new(Arc::clone(level.active()), level.cell_sides(), fairness);
     let delta = scattered(level.active().len(), 12);
     let (mut coarse, mut fine) = (vec![0.0; delta.len()], vec![0.0; delta.len()]);
     energy.apply(level.total(), None, &mut coarse);
@@ -232,7 +226,7 @@ fn solves_to_the_same_coefficients_as_elimination() {
     let right = scattered(size, 20);
     let exact = solved(matrix.clone(), right.clone());
 
-    let energy = BandEnergy::new(Arc::clone(level.active()), sides(level), Fairness::thin_plate(1e-3));
+    let energy = BandEnergy::new(Arc::clone(level.active()), level.cell_sides(), Fairness::thin_plate(1e-3));
     let operator = BandOperator::new(&collocation, alpha, beta, energy);
     let solver = BandSolver::new(&operator);
     let free = Truncation { most_steps: 1000, tolerance: 1e-13, radius: f64::INFINITY };
