@@ -68,6 +68,7 @@ mod block_mask;
 mod bounds;
 mod cell_band;
 mod collocation;
+mod dilation;
 mod energy;
 mod evaluation;
 mod gauss_legendre;

@@ -86,6 +86,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         1e3 * time,
         1e9 * time * threads / count as f64
     );
+    let time = seconds(|| drop(spline.evaluate(&points, zeroset_bspline::Derivatives::Gradient)));
+    println!(
+        "{:32} {:8.2} ms {:8.1} ns per point",
+        "the same by the spline",
+        1e3 * time,
+        1e9 * time * threads / count as f64
+    );
     let operator = BandOperator::new(&collocation, alpha, beta, energy);
     rate("normal operator", seconds(|| operator.apply(&x, &mut y)));
     let solver = BandSolver::new(&operator);
