@@ -20,6 +20,35 @@ impl<const D: usize> Spline<D> {
         CellBounds { lower: self.windowed(f64::min), upper: self.windowed(f64::max) }
     }
 
+    /// Bounds of f over the part of its box between two corners: the values there lie between them. None where that part is
+    /// empty.
+    pub fn bounds(&self, lower: &[f64; D], upper: &[f64; D]) -> Option<(f64, f64)> {
+        let (start, end) = self.domain();
+        let (mut first, mut last) = ([0; D], [0; D]);
+        for axis in 0..D {
+            let (from, to) = (lower[axis].max(start[axis]), upper[axis].min(end[axis]));
+            if from > to {
+                return None;
+            }
+            first[axis] = self.knots()[axis].span(from)? - self.knots()[axis].degree();
+            last[axis] = self.knots()[axis].span(to)?;
+        }
+        let (mut index, shape) = (first, self.shape());
+        let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
+        loop {
+            let flat = (0..D - 1).fold(0, |flat, axis| (flat + index[axis]) * shape[axis + 1]);
+            for c in &self.as_flat()[flat + first[D - 1]..=flat + last[D - 1]] {
+                (least, most) = (least.min(*c), most.max(*c));
+            }
+            // The next line: the last of the leading axes counts fastest.
+            let Some(axis) = (0..D - 1).rev().find(|axis| index[*axis] < last[*axis]) else {
+                return Some((least, most));
+            };
+            index[axis] += 1;
+            index[axis + 1..D - 1].copy_from_slice(&first[axis + 1..D - 1]);
+        }
+    }
+
     /// Slides a window of `degree + 1` along each axis in turn.
     fn windowed(&self, pick: impl Fn(f64, f64) -> f64) -> ArrayD<f64> {
         let mut shape = self.shape();

@@ -2,6 +2,8 @@
 
 use rayon::prelude::*;
 
+use crate::hierarchical_spline::HierarchicalSpline;
+use crate::implicit::Implicit;
 use crate::spline::Spline;
 
 /// How much to evaluate.
@@ -28,23 +30,38 @@ pub struct Evaluation<const D: usize> {
     pub outside: usize,
 }
 
+/// Evaluates a function at many points in parallel, each independently of the others.
+pub(crate) fn evaluate<const D: usize>(
+    f: &impl Implicit<D>,
+    points: &[[f64; D]],
+    derivatives: Derivatives,
+) -> Evaluation<D> {
+    let mut result = Evaluation { outside: points.iter().filter(|p| !f.contains(p)).count(), ..Default::default() };
+    match derivatives {
+        Derivatives::Value => result.values = points.par_iter().map(|p| f.value(p)).collect(),
+        Derivatives::Gradient => {
+            (result.values, result.gradients) = points.par_iter().map(|p| f.value_and_gradient(p)).unzip();
+        }
+        Derivatives::Hessian => {
+            let jets: Vec<_> = points.par_iter().map(|p| f.jet(p)).collect();
+            result.values = jets.iter().map(|j| j.value).collect();
+            result.gradients = jets.iter().map(|j| j.gradient).collect();
+            result.hessians = jets.iter().map(|j| j.hessian).collect();
+        }
+    }
+    result
+}
+
 impl<const D: usize> Spline<D> {
     /// Evaluates at many points in parallel, each independently of the others.
     pub fn evaluate(&self, points: &[[f64; D]], derivatives: Derivatives) -> Evaluation<D> {
-        let mut result =
-            Evaluation { outside: points.iter().filter(|p| !self.contains(p)).count(), ..Default::default() };
-        match derivatives {
-            Derivatives::Value => result.values = points.par_iter().map(|p| self.value(p)).collect(),
-            Derivatives::Gradient => {
-                (result.values, result.gradients) = points.par_iter().map(|p| self.value_and_gradient(p)).unzip();
-            }
-            Derivatives::Hessian => {
-                let jets: Vec<_> = points.par_iter().map(|p| self.jet(p)).collect();
-                result.values = jets.iter().map(|j| j.value).collect();
-                result.gradients = jets.iter().map(|j| j.gradient).collect();
-                result.hessians = jets.iter().map(|j| j.hessian).collect();
-            }
-        }
-        result
+        evaluate(self, points, derivatives)
+    }
+}
+
+impl<const D: usize> HierarchicalSpline<D> {
+    /// Evaluates at many points in parallel, each independently of the others.
+    pub fn evaluate(&self, points: &[[f64; D]], derivatives: Derivatives) -> Evaluation<D> {
+        evaluate(self, points, derivatives)
     }
 }

@@ -10,6 +10,9 @@
 //! gradient, Hessian) at points and on lattices, refines them exactly, bounds them per cell, and gives the quadratic
 //! form of their thin-plate energy, equation (3).
 //!
+//! [`HierarchicalSpline`] adds finer levels to a cubic spline where they are needed, so that its cost grows with the area of
+//! a surface and not with the volume around it. [`Implicit`] is what both have in common.
+//!
 //! ```
 //! use ndarray::ArrayD;
 //! use zeroset_bspline::{KnotVector, Spline};
@@ -32,6 +35,24 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
+//! ```
+//! use std::sync::Arc;
+//! use zeroset_bspline::{CellBand, HierarchicalSpline, KnotVector, Spline};
+//!
+//! let knots = KnotVector::uniform(3, 0.0, 0.25, 8)?;
+//! let root = Spline::from_flat([knots.clone(), knots], vec![1.0; 11 * 11])?;
+//! // Cells of a fourth of the side around one point.
+//! let band = CellBand::new(root.knots(), &[[0.7, 1.2]], &[2], 3)?;
+//! let mut f = HierarchicalSpline::new(root)?;
+//! for active in band.active() {
+//!     f.push_level(Arc::clone(active))?;
+//!     f.correct_finest(vec![1.0; active.len()])?;
+//! }
+//! assert!((f.value(&[0.7, 1.2]) - 3.0).abs() < 1e-14, "all functions that act here are active");
+//! assert!((f.value(&[1.9, 0.1]) - 1.0).abs() < 1e-14, "further away nothing has changed");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! **Guaranteed.** Evaluation is exact up to rounding; refinement and knot insertion change the representation and not
 //! the function; the energy is integrated exactly; parallel results do not depend on the number of threads.
 //!
@@ -42,27 +63,43 @@
 //! implicit function is negative inside.
 
 mod basis;
+mod block_field;
+mod block_mask;
 mod bounds;
+mod cell_band;
 mod collocation;
+mod dilation;
 mod energy;
 mod evaluation;
 mod gauss_legendre;
 mod gram;
+mod hierarchical_evaluation;
+mod hierarchical_spline;
+mod implicit;
+mod index_set;
 mod knot_vector;
 mod lattice;
+mod leaf_cells;
 mod local;
 mod refinement;
 mod spline;
 mod tensor;
+mod two_scale;
 
 pub use basis::{Basis, MAX_DERIVATIVE};
+pub use block_field::BlockField;
 pub use bounds::CellBounds;
+pub use cell_band::{BandError, CellBand, levels_for_spacing};
 pub use collocation::{Collocation, CollocationError};
 pub use energy::{DerivativeEnergy, EnergyError};
 pub use evaluation::{Derivatives, Evaluation};
 pub use gram::BandedMatrix;
+pub use hierarchical_spline::{HierarchicalSpline, HierarchyError, Level};
+pub use implicit::Implicit;
+pub use index_set::IndexSet;
 pub use knot_vector::{KnotError, KnotVector, MAX_DEGREE};
 pub use lattice::AxisCollocation;
+pub use leaf_cells::LeafCell;
 pub use refinement::{Refinement, RefinementError};
 pub use spline::{Jet, Spline, SplineError};
 pub use tensor::apply_along;

@@ -128,19 +128,7 @@ impl<const D: usize> Spline<D> {
         let Some(basis) = self.basis(x, 2) else {
             return Jet { value: f64::NAN, gradient: [f64::NAN; D], hessian: [[f64::NAN; D]; D] };
         };
-        let mut hessian = [[0.0; D]; D];
-        for a in 0..D {
-            for b in a..D {
-                let order = std::array::from_fn(|axis| usize::from(axis == a) + usize::from(axis == b));
-                hessian[a][b] = self.partial(&basis, order);
-                hessian[b][a] = hessian[a][b];
-            }
-        }
-        Jet {
-            value: self.partial(&basis, [0; D]),
-            gradient: std::array::from_fn(|a| self.partial(&basis, std::array::from_fn(|axis| usize::from(axis == a)))),
-            hessian,
-        }
+        jet_at(self.as_flat(), &strides(&self.shape), &basis)
     }
 
     /// The same function times a factor.
@@ -175,5 +163,23 @@ impl<const D: usize> Spline<D> {
 
     fn partial(&self, basis: &[Basis; D], order: [usize; D]) -> f64 {
         contract(self.as_flat(), &Place::new(&strides(&self.shape), basis), &weights(basis, order))
+    }
+}
+
+/// Value, gradient and Hessian from coefficients with the given strides.
+pub(crate) fn jet_at<const D: usize>(coefficients: &[f64], strides: &[usize; D], basis: &[Basis; D]) -> Jet<D> {
+    let place = Place::new(strides, basis);
+    let partial = |order: [usize; D]| contract(coefficients, &place, &weights(basis, order));
+    let mut hessian = [[0.0; D]; D];
+    for a in 0..D {
+        for b in a..D {
+            hessian[a][b] = partial(std::array::from_fn(|axis| usize::from(axis == a) + usize::from(axis == b)));
+            hessian[b][a] = hessian[a][b];
+        }
+    }
+    Jet {
+        value: partial([0; D]),
+        gradient: std::array::from_fn(|a| partial(std::array::from_fn(|axis| usize::from(axis == a)))),
+        hessian,
     }
 }

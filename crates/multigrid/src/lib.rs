@@ -57,7 +57,13 @@
 //! ℓ < h / 10), for then the points alone decide about single coefficients.
 
 mod assembly_error;
+mod band_collocation;
+mod band_energy;
+mod band_kernel;
+mod band_operator;
 mod band_pattern;
+mod band_solver;
+mod band_tasks;
 mod cell_kernel;
 mod cell_points;
 mod cholesky;
@@ -76,6 +82,10 @@ mod transfer;
 mod vectors;
 
 pub use assembly_error::AssemblyError;
+pub use band_collocation::BandCollocation;
+pub use band_energy::{BandEnergy, Fairness};
+pub use band_operator::BandOperator;
+pub use band_solver::{BandSolver, BandStep, StepEnd, Truncation};
 pub use cholesky::{Factor, FactorError};
 pub use conjugate_gradients::{SolveOptions, SolveReport};
 pub use multigrid::{Multigrid, MultigridError};

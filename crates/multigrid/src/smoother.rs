@@ -72,7 +72,8 @@ impl<const D: usize> Smoother<D> {
     pub(crate) fn new(shape: [usize; D], operator: &NormalOperator<D>) -> Self {
         let scale = operator.diagonal().iter().map(|d| 1.0 / d.sqrt()).collect();
         let mut smoother = Self { shape, scale, largest: 1.0, partial: Scratch::new() };
-        smoother.largest = largest_eigenvalue(operator, |r, z| smoother.direction(r, 0.0, 1.0, z, None));
+        let inverse = |r: &[f64], z: &mut [f64]| smoother.direction(r, 0.0, 1.0, z, None);
+        smoother.largest = largest_eigenvalue(operator.diagonal(), |x, y| operator.apply(x, y), inverse);
         smoother
     }
 

@@ -1,6 +1,5 @@
 //! The largest eigenvalue of a preconditioned operator.
 
-use crate::normal_operator::NormalOperator;
 use crate::vectors::{add_scaled, dot, scale_and_add};
 
 /// Lanczos steps. Ten find the largest eigenvalue within a few percent.
@@ -9,17 +8,17 @@ const STEPS: usize = 10;
 /// By how much the estimate is raised, since Lanczos's method approaches from below.
 const SAFETY: f64 = 1.1;
 
-/// An upper estimate of the largest eigenvalue of `B A`, from the coefficients of conjugate gradients preconditioned by
+/// An upper estimate of the largest eigenvalue of `B A`, where `A` has the given diagonal, from the coefficients of conjugate gradients preconditioned by
 /// `B`, which are those of Lanczos's method (Golub and Van Loan 2013, section 11.3). The same each time it is called.
-pub(crate) fn largest_eigenvalue<const D: usize>(
-    operator: &NormalOperator<D>,
+pub(crate) fn largest_eigenvalue(
+    diagonal: &[f64],
+    apply: impl Fn(&[f64], &mut [f64]),
     preconditioner: impl Fn(&[f64], &mut [f64]),
 ) -> f64 {
-    let size = operator.size();
+    let size = diagonal.len();
     // Scattered signs, weighted so that every coefficient's equation counts the same.
     let mut state = 0x9E37_79B9_7F4A_7C15_u64;
-    let mut residual: Vec<f64> = operator
-        .diagonal()
+    let mut residual: Vec<f64> = diagonal
         .iter()
         .map(|d| {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -27,7 +26,7 @@ pub(crate) fn largest_eigenvalue<const D: usize>(
         })
         .collect();
     let (mut z, mut p, mut applied) = (vec![0.0; size], vec![0.0; size], vec![0.0; size]);
-    let (mut diagonal, mut off) = (Vec::with_capacity(STEPS), Vec::with_capacity(STEPS));
+    let (mut alphas, mut off) = (Vec::with_capacity(STEPS), Vec::with_capacity(STEPS));
     let (mut before, mut beta, mut former) = (0.0, 0.0, 1.0);
     for step in 0..STEPS.min(size) {
         preconditioner(&residual, &mut z);
@@ -40,16 +39,16 @@ pub(crate) fn largest_eigenvalue<const D: usize>(
             off.push(f64::sqrt(beta) / former);
         }
         scale_and_add(&mut p, beta, &z);
-        operator.apply(&p, &mut applied);
+        apply(&p, &mut applied);
         let alpha = norm / dot(&p, &applied);
         if !(alpha.is_finite() && alpha > 0.0) {
             break;
         }
-        diagonal.push(1.0 / alpha + beta / former);
+        alphas.push(1.0 / alpha + beta / former);
         add_scaled(&mut residual, -alpha, &applied);
         (before, former) = (norm, alpha);
     }
-    SAFETY * largest_of_tridiagonal(&diagonal, &off)
+    SAFETY * largest_of_tridiagonal(&alphas, &off)
 }
 
 /// The largest eigenvalue of a symmetric tridiagonal matrix, by bisection on the signs of its pivots.

@@ -136,7 +136,7 @@ pub fn refine_with<const D: usize>(
 }
 
 /// Checks area weights and scales their mean to one.
-fn mean_one(areas: Option<&[f64]>, needed: usize) -> Result<Vec<f64>, Error> {
+pub(crate) fn mean_one(areas: Option<&[f64]>, needed: usize) -> Result<Vec<f64>, Error> {
     if needed == 0 {
         return Err(Error::NoPoints);
     }

@@ -1,0 +1,255 @@
+//! The points in the cells of a band level, block by block.
+
+use pulp::{Arch, Simd, WithSimd};
+use rayon::prelude::*;
+use std::ops::Range;
+use zeroset_bspline::{BlockField, IndexSet, Level};
+
+use crate::band_kernel::{Rows, TILE, ValueAndGradient};
+
+/// Places of a block along an axis.
+const SIDE: usize = 8;
+
+/// A point in its cell.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Place<const D: usize> {
+    /// Where its first coefficient is in the block's tile.
+    pub(crate) first: u16,
+    /// Its position between the cell's faces, 0 to 1.
+    pub(crate) position: [f64; D],
+}
+
+/// The points of one block of cells.
+#[derive(Debug, Clone)]
+struct Block<const D: usize> {
+    /// First cell, which is also the first function that acts on it.
+    start: [i64; D],
+    points: Range<usize>,
+}
+
+/// The points that lie in the cells of a level, sorted by cell. Numbers per point come in this order: see
+/// [`BandCollocation::indices`].
+///
+/// The functions that act on the cells of a block are its tile, 11 along each axis: it is copied once for all its points.
+#[derive(Debug, Clone)]
+pub struct BandCollocation<const D: usize> {
+    sides: [f64; D],
+    indices: Vec<u32>,
+    places: Vec<Place<D>>,
+    blocks: Vec<Block<D>>,
+}
+
+/// Blocks per task at least.
+const FEW: usize = 8;
+
+impl<const D: usize> BandCollocation<D> {
+    /// Sorts the points that lie in the level's cells; others are left out.
+    pub fn new(level: &Level<D>, points: &[[f64; D]]) -> Self {
+        let knots = level.knots();
+        let cell = |(index, point): (usize, &[f64; D])| {
+            let mut cell = [0u32; D];
+            for axis in 0..D {
+                cell[axis] = (knots[axis].span(point[axis])? - knots[axis].degree()) as u32;
+            }
+            let key = (cell.map(|c| c / SIDE as u32), cell.map(|c| c % SIDE as u32), index as u32);
+            level.cells().contains(cell).then_some(key)
+        };
+        let mut keys: Vec<_> = points.par_iter().enumerate().with_min_len(1024).filter_map(cell).collect();
+        keys.par_sort_unstable();
+        let place = |(block, inner, index): &([u32; D], [u32; D], u32)| Place {
+            first: inner.iter().fold(0, |first, k| first * TILE as u16 + *k as u16),
+            position: std::array::from_fn(|axis| {
+                let knots = &knots[axis];
+                let span = (block[axis] * SIDE as u32 + inner[axis]) as usize + knots.degree();
+                let (from, to) = (knots.knots()[span], knots.knots()[span + 1]);
+                (points[*index as usize][axis] - from) / (to - from)
+            }),
+        };
+        let places = keys.par_iter().with_min_len(1024).map(place).collect();
+        let mut blocks = Vec::new();
+        let mut from = 0;
+        for group in keys.chunk_by(|a, b| a.0 == b.0) {
+            let start = group[0].0.map(|block| i64::from(block) * SIDE as i64);
+            blocks.push(Block { start, points: from..from + group.len() });
+            from += group.len();
+        }
+        Self { sides: level.cell_sides(), indices: keys.into_iter().map(|key| key.2).collect(), places, blocks }
+    }
+
+    /// For every point in the level's cells, its place among the points given.
+    pub fn indices(&self) -> &[u32] {
+        &self.indices
+    }
+
+    /// `f(Pᵢ)` and `∇f(Pᵢ)` of a function given by the coefficients of all functions that act on the level's cells.
+    pub fn values_and_gradients(&self, f: &BlockField<D>) -> Vec<(f64, [f64; D])> {
+        let mut out = vec![(0.0, [0.0; D]); self.places.len()];
+        self.split(&mut out).into_par_iter().with_min_len(FEW).for_each_init(
+            || vec![0.0; TILE.pow(D as u32)],
+            |tile, (block, out)| {
+                f.gather(block.start, TILE, tile);
+                let places = &self.places[block.points.clone()];
+                Arch::new().dispatch(ValueAndGradient { tile, places, sides: &self.sides, out });
+            },
+        );
+        out
+    }
+
+    /// Adds `Σᵢ yᵢ rᵢ` to the blocks of `sums`, for rows `rᵢ = αᵢ qᵢ + βᵢ · ∇qᵢ`; coefficients of functions that are not
+    /// members of `set` are meaningless.
+    ///
+    /// # Panics
+    /// If there is not one α, β and y for every point, or `sums` does not have all blocks of `set`.
+    #[track_caller]
+    pub fn add_transposed(&self, alpha: &[f64], beta: &[[f64; D]], y: &[f64], set: &IndexSet<D>, sums: &mut [f64]) {
+        assert_eq!(y.len(), self.places.len(), "one number per point");
+        self.accumulate(alpha, beta, set, sums, |points, rows, tile| {
+            Arch::new().dispatch(Transposed { rows, y: &y[points], tile });
+        });
+    }
+
+    /// Adds the diagonal of `Σᵢ rᵢ rᵢᵀ`. See [`BandCollocation::add_transposed`].
+    #[track_caller]
+    pub(crate) fn add_squares(&self, alpha: &[f64], beta: &[[f64; D]], set: &IndexSet<D>, sums: &mut [f64]) {
+        self.accumulate(alpha, beta, set, sums, |_, rows, tile| Arch::new().dispatch(Squares { rows, tile }));
+    }
+
+    /// Adds `Σᵢ rᵢ (rᵢᵀ x)`. See [`BandCollocation::add_transposed`].
+    #[track_caller]
+    pub(crate) fn add_applied(&self, alpha: &[f64], beta: &[[f64; D]], x: &BlockField<D>, sums: &mut [f64]) {
+        let first = |points: &Range<usize>| self.blocks.partition_point(|b| b.points.start < points.start);
+        self.accumulate(alpha, beta, x.set(), sums, |points, rows, tile| {
+            let mut input = [0.0; TILE * TILE * TILE];
+            let input = &mut input[..TILE.pow(D as u32)];
+            x.gather(self.blocks[first(&points)].start, TILE, input);
+            Arch::new().dispatch(Applied { rows, input, tile });
+        });
+    }
+
+    /// Calls `add` for every block of points with a tile of zeros, and adds the tiles to the blocks of `sums`.
+    ///
+    /// A tile reaches from its block to the next along each axis. So blocks whose coordinate along the first axis is even
+    /// come first, then the others; those of one kind in different slabs write to different blocks. Sums run in the same
+    /// order for any number of threads.
+    #[track_caller]
+    fn accumulate(
+        &self,
+        alpha: &[f64],
+        beta: &[[f64; D]],
+        set: &IndexSet<D>,
+        sums: &mut [f64],
+        add: impl Fn(Range<usize>, Rows<'_, D>, &mut [f64]) + Sync,
+    ) {
+        let volume = IndexSet::<D>::BLOCK;
+        assert_eq!(sums.len(), volume * set.block_count(), "all blocks of the set");
+        assert!(alpha.len() == self.places.len() && beta.len() == alpha.len(), "one row per point");
+        for parity in 0..2 {
+            let mut rest = &mut sums[..];
+            let mut done = 0;
+            let mut tasks = Vec::new();
+            for slab in self.blocks.chunk_by(|a, b| a.start[0] == b.start[0]) {
+                let from = slab[0].start[0];
+                if from / SIDE as i64 % 2 != parity {
+                    continue;
+                }
+                let slots = set.slab(from as u32, (from + 2 * SIDE as i64) as u32);
+                let (_, after) = rest.split_at_mut((slots.start - done) * volume);
+                let (part, after) = after.split_at_mut(slots.len() * volume);
+                tasks.push((slab, slots.start, part));
+                (rest, done) = (after, slots.end);
+            }
+            tasks.into_par_iter().for_each_init(
+                || vec![0.0; TILE.pow(D as u32)],
+                |tile, (slab, first, part)| {
+                    for block in slab {
+                        tile.fill(0.0);
+                        let points = block.points.clone();
+                        let (places, alpha) = (&self.places[points.clone()], &alpha[points.clone()]);
+                        let rows = Rows { places, alpha, beta: &beta[points.clone()], sides: &self.sides };
+                        add(points, rows, tile);
+                        add_tile(set, block.start, tile, part, first);
+                    }
+                },
+            );
+        }
+    }
+
+    fn split<'s, T>(&'s self, out: &'s mut [T]) -> Vec<(&'s Block<D>, &'s mut [T])> {
+        let mut rest = out;
+        let mut parts = Vec::with_capacity(self.blocks.len());
+        for block in &self.blocks {
+            let (part, after) = rest.split_at_mut(block.points.len());
+            parts.push((block, part));
+            rest = after;
+        }
+        parts
+    }
+}
+
+/// Adds a tile to the blocks that it reaches, those from slot `first` on.
+fn add_tile<const D: usize>(set: &IndexSet<D>, start: [i64; D], tile: &[f64], part: &mut [f64], first: usize) {
+    let volume = IndexSet::<D>::BLOCK;
+    let reach = |upper: bool| if upper { TILE - SIDE } else { SIDE };
+    for corner in 0..1usize << D {
+        let upper: [bool; D] = std::array::from_fn(|axis| corner >> (D - 1 - axis) & 1 == 1);
+        let block = std::array::from_fn(|axis| start[axis] + if upper[axis] { SIDE as i64 } else { 0 });
+        let Some(slot) = set.slot(block) else { continue };
+        let out = &mut part[(slot - first) * volume..][..volume];
+        let offset = |upper: bool| if upper { SIDE } else { 0 };
+        let (y, z) = (upper[D - 2], upper[D - 1]);
+        let x = D == 3 && upper[0];
+        for i in 0..if D == 3 { reach(x) } else { 1 } {
+            for j in 0..reach(y) {
+                let from = ((offset(x) + i) * TILE + offset(y) + j) * TILE + offset(z);
+                let to = (i * SIDE + j) * SIDE;
+                for (out, value) in out[to..to + reach(z)].iter_mut().zip(&tile[from..]) {
+                    *out += value;
+                }
+            }
+        }
+    }
+}
+
+struct Transposed<'a, const D: usize> {
+    rows: Rows<'a, D>,
+    y: &'a [f64],
+    tile: &'a mut [f64],
+}
+
+impl<const D: usize> WithSimd for Transposed<'_, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.rows.for_each(|index, row| row.add_to(self.tile, self.y[index]));
+    }
+}
+
+struct Squares<'a, const D: usize> {
+    rows: Rows<'a, D>,
+    tile: &'a mut [f64],
+}
+
+impl<const D: usize> WithSimd for Squares<'_, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.rows.for_each(|_, row| row.add_squares_to(self.tile));
+    }
+}
+
+struct Applied<'a, const D: usize> {
+    rows: Rows<'a, D>,
+    input: &'a [f64],
+    tile: &'a mut [f64],
+}
+
+impl<const D: usize> WithSimd for Applied<'_, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.rows.for_each(|_, row| row.add_to(self.tile, row.dot(self.input)));
+    }
+}

@@ -1,0 +1,51 @@
+//! How the blocks of a band level are shared among tasks.
+
+use rayon::prelude::*;
+use std::ops::Range;
+use zeroset_bspline::IndexSet;
+
+/// Blocks per task. Fixed, so that nothing depends on the number of threads.
+const BLOCKS: usize = 32;
+
+/// Consecutive blocks, with the number of their members.
+#[derive(Debug)]
+pub(crate) struct BandTasks {
+    tasks: Vec<(Range<usize>, usize)>,
+}
+
+impl BandTasks {
+    pub(crate) fn new<const D: usize>(set: &IndexSet<D>) -> Self {
+        let count = set.block_count();
+        let tasks = (0..count.div_ceil(BLOCKS)).map(|task| {
+            let slots = task * BLOCKS..((task + 1) * BLOCKS).min(count);
+            let members = slots.clone().map(|slot| set.block_ranks(slot).len()).sum();
+            (slots, members)
+        });
+        Self { tasks: tasks.collect() }
+    }
+
+    /// Calls `work` with every block and the entries of its members in `out`.
+    pub(crate) fn for_each<const D: usize, B: Send>(
+        &self,
+        set: &IndexSet<D>,
+        out: &mut [f64],
+        buffer: impl Fn() -> B + Sync + Send,
+        work: impl Fn(&mut B, usize, &mut [f64]) + Sync,
+    ) {
+        let mut rest = out;
+        let mut parts = Vec::with_capacity(self.tasks.len());
+        for (slots, members) in &self.tasks {
+            let (part, after) = rest.split_at_mut(*members);
+            parts.push((slots.clone(), part));
+            rest = after;
+        }
+        parts.into_par_iter().for_each_init(buffer, |buffer, (slots, part)| {
+            let mut rest = part;
+            for slot in slots {
+                let (entries, after) = rest.split_at_mut(set.block_ranks(slot).len());
+                work(buffer, slot, entries);
+                rest = after;
+            }
+        });
+    }
+}

@@ -1,0 +1,216 @@
+//! The objective on one band level, everything coarser being fixed.
+
+use std::sync::Arc;
+use zeroset_bspline::{BlockField, IndexSet, Level};
+use zeroset_multigrid::{BandCollocation, BandEnergy, BandOperator, Fairness};
+
+use crate::level_report::LevelErrors;
+use crate::rows::dot;
+
+/// Points with their area weights.
+#[derive(Debug, Clone)]
+pub(crate) struct Weighted<const D: usize> {
+    pub(crate) points: Vec<[f64; D]>,
+    /// Square roots of the weights, whose mean over all points is one.
+    pub(crate) roots: Vec<f64>,
+}
+
+/// Fewer held-out points say nothing about a level.
+const FEWEST: usize = 24;
+
+/// Squared Sampson distance, `f²/‖∇f‖²` with gradients no shorter than the floor.
+pub(crate) fn squared_distance<const D: usize>(value: f64, gradient: &[f64; D], floor: f64) -> f64 {
+    (value / dot(gradient, gradient).sqrt().max(floor)).powi(2)
+}
+
+/// Those of the points that lie in a level's cells.
+#[derive(Debug)]
+struct Part<const D: usize> {
+    collocation: BandCollocation<D>,
+    /// In the order of the collocation.
+    roots: Vec<f64>,
+    /// `Σ aᵢ`.
+    area: f64,
+}
+
+impl<const D: usize> Part<D> {
+    fn new(level: &Level<D>, weighted: &Weighted<D>) -> Self {
+        let collocation = BandCollocation::new(level, &weighted.points);
+        let roots: Vec<f64> = collocation.indices().iter().map(|i| weighted.roots[*i as usize]).collect();
+        Self { collocation, area: dot(&roots, &roots), roots }
+    }
+
+    fn at(&self, total: &BlockField<D>, floor: f64) -> Sampson<D> {
+        let (values, gradients): (Vec<f64>, Vec<[f64; D]>) =
+            self.collocation.values_and_gradients(total).into_iter().unzip();
+        let norms: Vec<f64> = gradients.iter().map(|g| dot(g, g).sqrt()).collect();
+        let residuals: Vec<f64> =
+            values.iter().zip(&norms).zip(&self.roots).map(|((v, n), a)| a * v / n.max(floor)).collect();
+        let error = dot(&residuals, &residuals);
+        Sampson { residuals, gradients, norms, error }
+    }
+
+    fn rms(&self, error: f64) -> f64 {
+        (error / self.area).sqrt()
+    }
+}
+
+/// Sampson distances at one function.
+#[derive(Debug, Clone)]
+struct Sampson<const D: usize> {
+    /// `√aᵢ rᵢ`.
+    residuals: Vec<f64>,
+    gradients: Vec<[f64; D]>,
+    norms: Vec<f64>,
+    /// `Σ aᵢ rᵢ²`.
+    error: f64,
+}
+
+/// `R(δ) = Σ aᵢ f(Pᵢ)²/‖∇f(Pᵢ)‖² + w E(f)` with `f = f_coarse + δ`.
+#[derive(Debug)]
+pub(crate) struct LevelObjective<const D: usize> {
+    active: Arc<IndexSet<D>>,
+    fitted: Part<D>,
+    judge: Option<Part<D>>,
+    /// With weight 1.
+    energy: BandEnergy<D>,
+    floor: f64,
+    /// Coefficients of the coarser function, its energy, and `H f_coarse`.
+    coarse: BlockField<D>,
+    coarse_energy: f64,
+    coarse_gradient: Vec<f64>,
+}
+
+/// Corrections with what is known about them.
+#[derive(Debug, Clone)]
+pub(crate) struct LevelState<const D: usize> {
+    pub(crate) corrections: Vec<f64>,
+    sampson: Sampson<D>,
+    /// `H f`.
+    gradient: Vec<f64>,
+    pub(crate) energy: f64,
+}
+
+impl<const D: usize> LevelState<D> {
+    /// `R` for a weight.
+    pub(crate) fn objective(&self, weight: f64) -> f64 {
+        self.sampson.error + weight * self.energy
+    }
+}
+
+impl<const D: usize> LevelObjective<D> {
+    /// A level without corrections; `coarse_energy` is the energy of the spline so far.
+    pub(crate) fn new(
+        level: &Level<D>,
+        [fitted, judge]: [&Weighted<D>; 2],
+        fairness: Fairness,
+        coarse_energy: f64,
+        floor: f64,
+    ) -> Self {
+        let active = Arc::clone(level.active());
+        let energy = BandEnergy::new(Arc::clone(&active), level.cell_sides(), fairness);
+        let coarse = level.total().clone();
+        let mut coarse_gradient = vec![0.0; active.len()];
+        energy.apply(&coarse, None, &mut coarse_gradient);
+        let fitted = Part::new(level, fitted);
+        let judge = Some(Part::new(level, judge)).filter(|judge| judge.roots.len() >= FEWEST);
+        Self { active, fitted, judge, energy, floor, coarse, coarse_energy, coarse_gradient }
+    }
+
+    /// Points that lie in the cells.
+    pub(crate) fn points(&self) -> usize {
+        let count = |part: &Part<D>| part.collocation.indices().len();
+        count(&self.fitted) + self.judge.as_ref().map_or(0, count)
+    }
+
+    /// A place for the coefficients of a function.
+    pub(crate) fn coefficients(&self) -> BlockField<D> {
+        self.coarse.clone()
+    }
+
+    /// Evaluates corrections; the function's coefficients are left in `total`.
+    pub(crate) fn at(&self, corrections: Vec<f64>, total: &mut BlockField<D>) -> LevelState<D> {
+        total.assign(&self.coarse);
+        total.add(&self.active, &corrections);
+        let mut gradient = vec![0.0; corrections.len()];
+        self.energy.apply(total, None, &mut gradient);
+        // E(f + δ) − E(f) = δᵀ (2 H f + H δ) = δᵀ (H f + H (f + δ)).
+        let change = dot(&corrections, &self.coarse_gradient) + dot(&corrections, &gradient);
+        let sampson = self.fitted.at(total, self.floor);
+        LevelState { corrections, sampson, gradient, energy: self.coarse_energy + change }
+    }
+
+    /// Errors at a state whose function has the coefficients `total`.
+    pub(crate) fn errors(&self, state: &LevelState<D>, total: &BlockField<D>) -> LevelErrors {
+        LevelErrors {
+            sampson_rms: self.fitted.rms(state.sampson.error),
+            held_out_rms: self.judge.as_ref().map(|part| part.rms(part.at(total, self.floor).error)),
+            energy: state.energy,
+        }
+    }
+
+    /// The Gauss–Newton model at a state: operator `JᵀJ + wH` and right side `−(Jᵀr + w H f)`, half the derivatives of R.
+    pub(crate) fn model(&self, state: &LevelState<D>, weight: f64) -> (BandOperator<'_, D>, Vec<f64>) {
+        let Sampson { residuals, gradients, norms, .. } = &state.sampson;
+        let count = residuals.len();
+        let alpha: Vec<f64> = (0..count).map(|i| self.fitted.roots[i] / norms[i].max(self.floor)).collect();
+        // Where the floor holds, the divisor is a constant.
+        let slope = |i: usize| if norms[i] < self.floor { 0.0 } else { -residuals[i] / norms[i].powi(2) };
+        let beta: Vec<[f64; D]> = (0..count).map(|i| gradients[i].map(|g| slope(i) * g)).collect();
+        let mut sums = vec![0.0; self.active.block_count() * IndexSet::<D>::BLOCK];
+        self.fitted.collocation.add_transposed(&alpha, &beta, residuals, &self.active, &mut sums);
+        let mut right = vec![0.0; self.active.len()];
+        self.active.members_of_blocks(&sums, &mut right);
+        right.iter_mut().zip(&state.gradient).for_each(|(b, h)| *b = -(*b + weight * h));
+        let energy = self.energy.with_fairness(self.energy.fairness().scaled(weight));
+        (BandOperator::new(&self.fitted.collocation, alpha, beta, energy), right)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use zeroset_bspline::{CellBand, HierarchicalSpline, KnotVector, Spline};
+
+    #[test]
+    fn the_model_has_the_slope_of_the_objective() {
+        let knots = KnotVector::uniform(3, -1.0, 0.25, 8).unwrap();
+        let at = |k: usize| knots.knots()[k + 2];
+        let coefficients = (0..121).map(|i| at(i / 11) - 0.5 + 0.3 * at(i % 11).powi(2)).collect();
+        let root = Spline::from_flat([knots.clone(), knots.clone()], coefficients).unwrap();
+        let points: Vec<[f64; 2]> =
+            (0..40).map(|i| f64::from(i) / 40.0).map(|t| [0.5 - 0.2 * t, -0.4 + 0.8 * t]).collect();
+        let band = CellBand::new(root.knots(), &points, &[1; 40], 3).unwrap();
+        let mut spline = HierarchicalSpline::new(root).unwrap();
+        spline.push_level(Arc::clone(&band.active()[0])).unwrap();
+        let weighted = Weighted { roots: (0..40).map(|i| 0.7 + 0.02 * f64::from(i)).collect(), points };
+        let nobody = Weighted { points: vec![], roots: vec![] };
+        for fairness in [Fairness::thin_plate(1.0), Fairness::third_order(1.0, 0.5)] {
+            let parts = [&weighted, &nobody];
+            let objective = LevelObjective::new(&spline.levels()[0], parts, fairness, 3.0, 1e-3);
+            let mut total = objective.coefficients();
+            let size = spline.levels()[0].active().len();
+            let numbers = |seed: usize| -> Vec<f64> {
+                (0..size).map(|i| 0.02 * ((i * 37 + seed) % 101) as f64 / 101.0 - 0.01).collect()
+            };
+            let (delta, direction, weight) = (numbers(5), numbers(50), 1e-3);
+            let state = objective.at(delta.clone(), &mut total);
+            let (operator, right) = objective.model(&state, weight);
+            let mut moved = |t: f64| {
+                let delta = delta.iter().zip(&direction).map(|(d, g)| d + t * g).collect();
+                objective.at(delta, &mut total).objective(weight)
+            };
+            let (after, here, before) = (moved(1e-4), moved(0.0), moved(-1e-4));
+            let (slope, exact) = ((after - before) / 2e-4, -2.0 * dot(&right, &direction));
+            // Step² times third derivatives: the directions change gradients by a few percent.
+            assert!((slope - exact).abs() < 1e-6 * exact.abs(), "{slope} {exact}");
+            let mut applied = vec![0.0; size];
+            operator.apply(&direction, &mut applied);
+            let (curvature, model) = ((after - 2.0 * here + before) / 1e-8, 2.0 * dot(&direction, &applied));
+            // Gauss and Newton leave out the residuals' own curvature; here distances are below a tenth.
+            assert!((curvature - model).abs() < 0.2 * model, "{curvature} {model}");
+            let errors = objective.errors(&state, &total);
+            assert!(errors.held_out_rms.is_none() && objective.points() == 40);
+        }
+    }
+}

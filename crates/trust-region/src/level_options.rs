@@ -1,0 +1,130 @@
+//! Settings of the refinement level by level.
+
+use thiserror::Error;
+use zeroset_bspline::{EnergyError, HierarchyError};
+use zeroset_multigrid::Fairness;
+
+use crate::error::Error;
+
+/// Settings of [`refine_levels`](crate::refine_levels). Lengths are in the unit of the points.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LevelOptions {
+    /// Density ρ of the points: per unit length in 2D, per unit area in 3D. Positive.
+    pub density: f64,
+    /// Smoothing length ℓ of the initial function, or the one that suits the points where it is not known. Each level's first
+    /// step is one factor of [`decay`](Self::decay) above the ℓ that was the best on the level before, so that ℓ may rise as
+    /// well as fall. Positive.
+    pub smoothing_length: f64,
+    /// Where the smoothing length stops falling, on all levels. Not negative; 0 for nowhere.
+    pub smallest_smoothing_length: f64,
+    /// The weight is multiplied by this after every step of a level. In (0, 1].
+    pub decay: f64,
+    /// Which energy: none for the thin-plate energy, `w = ρ ℓ³`; a length λ for `∫‖∇³f‖² + ∫‖∇²f‖²/λ²`, `w = ρ ℓ⁵`.
+    pub third_order: Option<f64>,
+    /// Gauss–Newton steps per level that are taken. At least 1.
+    pub steps: usize,
+    /// Most conjugate-gradient steps for each, of three products with the operator. At least 1.
+    pub cg_steps: usize,
+    /// Conjugate gradients end when the residual has fallen to this share. In [0, 1).
+    pub cg_tolerance: f64,
+    /// Share of the points that is held out, chosen by a hash of their position; 0 for none. In [0, 0.5].
+    pub holdout: f64,
+    /// Changes which points are held out.
+    pub seed: u64,
+    /// Gradients shorter than this share of their root mean square count as if they had just this length. In (0, 1).
+    pub gradient_floor: f64,
+}
+
+impl Default for LevelOptions {
+    /// For points at distance 0.02 on a curve in a frame of size 1.
+    fn default() -> Self {
+        Self {
+            density: 50.0,
+            smoothing_length: 0.01,
+            smallest_smoothing_length: 0.0,
+            decay: 0.1,
+            third_order: None,
+            steps: 3,
+            cg_steps: 12,
+            cg_tolerance: 1e-3,
+            holdout: 0.05,
+            seed: 0,
+            gradient_floor: 1e-3,
+        }
+    }
+}
+
+/// Why a refinement level by level failed.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum LevelError {
+    /// The points, their areas or an option are not valid.
+    #[error(transparent)]
+    Refine(#[from] Error),
+    /// The levels do not fit the initial function.
+    #[error(transparent)]
+    Hierarchy(#[from] HierarchyError),
+    /// The initial function's knots admit no energy.
+    #[error(transparent)]
+    Energy(#[from] EnergyError),
+}
+
+impl LevelOptions {
+    /// Settings for points at a typical distance `spacing` from each other on a curve (`D` = 2) or surface (`D` = 3).
+    pub fn for_spacing<const D: usize>(spacing: f64) -> Self {
+        Self { density: spacing.powi(1 - D as i32), smoothing_length: 0.5 * spacing, ..Self::default() }
+    }
+
+    /// The energy with weight 1.
+    pub(crate) fn fairness(&self) -> Fairness {
+        self.third_order.map_or(Fairness::thin_plate(1.0), |length| Fairness::third_order(1.0, length))
+    }
+
+    /// Data on a set of codimension 1 against an energy of order k: `w = ρ ℓ^(2k − 1)`.
+    fn power(&self) -> f64 {
+        if self.third_order.is_some() { 5.0 } else { 3.0 }
+    }
+
+    /// The smoothing length of a level's step, and its weight for a given share of the points; `before` is the best of the
+    /// level before.
+    pub(crate) fn weight(&self, before: f64, step: usize, share: f64) -> (f64, f64) {
+        let decay = self.decay.powf((step as f64 - 1.0) / self.power());
+        let length = (before * decay).max(self.smallest_smoothing_length);
+        (length, self.density * share * length.powf(self.power()))
+    }
+
+    pub(crate) fn check(&self) -> Result<(), Error> {
+        let positive = |x: f64| x.is_finite() && x > 0.0;
+        let share = |x: f64| (0.0..1.0).contains(&x);
+        let rules = [
+            ("density", self.density, positive(self.density), "a positive, finite number is needed"),
+            ("smoothing_length", self.smoothing_length, positive(self.smoothing_length), "a positive length is needed"),
+            (
+                "smallest_smoothing_length",
+                self.smallest_smoothing_length,
+                self.smallest_smoothing_length.is_finite() && self.smallest_smoothing_length >= 0.0,
+                "a length of at least zero is needed",
+            ),
+            ("decay", self.decay, positive(self.decay) && self.decay <= 1.0, "must lie in (0, 1]"),
+            (
+                "third_order",
+                self.third_order.unwrap_or(1.0),
+                self.third_order.is_none_or(positive),
+                "a positive length is needed",
+            ),
+            ("steps", self.steps as f64, self.steps >= 1, "at least one step is needed"),
+            ("cg_steps", self.cg_steps as f64, self.cg_steps >= 1, "at least one step is needed"),
+            ("cg_tolerance", self.cg_tolerance, share(self.cg_tolerance), "must lie in [0, 1)"),
+            ("holdout", self.holdout, (0.0..=0.5).contains(&self.holdout), "must lie in [0, 0.5]"),
+            (
+                "gradient_floor",
+                self.gradient_floor,
+                share(self.gradient_floor) && self.gradient_floor > 0.0,
+                "must lie in (0, 1)",
+            ),
+        ];
+        match rules.into_iter().find(|rule| !rule.2) {
+            Some((name, value, _, range)) => Err(Error::Option { name, value, range }),
+            None => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,77 @@
+//! What a refinement level by level did.
+
+use serde::Serialize;
+
+/// Errors of one function: over all points, or over those in a level's cells.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct LevelErrors {
+    /// Root mean square Sampson distance of the fitted points, in the unit of the points.
+    pub sampson_rms: f64,
+    /// The same of the held-out points, if there are enough to judge by.
+    pub held_out_rms: Option<f64>,
+    /// The energy over the whole box, at the scale at which the initial function's gradients have root mean square 1.
+    pub energy: f64,
+}
+
+/// One Gauss–Newton step.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct LevelStep {
+    /// Weight of the energy.
+    pub weight: f64,
+    /// The smoothing length ℓ that this weight means.
+    pub smoothing_length: f64,
+    /// Decrease of the objective over the decrease that the model predicted.
+    pub gain_ratio: f64,
+    /// Whether the step was taken.
+    pub accepted: bool,
+    /// Conjugate-gradient steps.
+    pub cg_steps: usize,
+    /// Objective with this weight before and after.
+    pub objective: [f64; 2],
+    /// Errors of the function that is kept.
+    pub errors: LevelErrors,
+}
+
+/// One level.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct LevelSummary {
+    /// Counts from 1; 0 is the dense lattice.
+    pub level: usize,
+    /// Side of the cells.
+    pub cell: f64,
+    /// Active functions: the unknowns.
+    pub active: usize,
+    /// Cells.
+    pub cells: usize,
+    /// Points that lie in the cells, those held out included.
+    pub points: usize,
+    /// Errors before the first step, over the points in the cells.
+    pub initial: LevelErrors,
+    /// All steps, with errors over the points in the cells.
+    pub steps: Vec<LevelStep>,
+    /// The step whose function was kept; none if the level brought nothing and was removed.
+    pub best_step: Option<usize>,
+    /// Wall time.
+    pub seconds: f64,
+}
+
+/// What [`refine_levels`](crate::refine_levels) did.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct LevelsReport {
+    /// Points that were fitted.
+    pub fitted_points: usize,
+    /// Points that were held out.
+    pub held_out_points: usize,
+    /// Errors of the initial function.
+    pub initial: LevelErrors,
+    /// Errors of the function that is returned.
+    pub result: LevelErrors,
+    /// The levels that were tried, coarse to fine.
+    pub levels: Vec<LevelSummary>,
+    /// Whether held-out points ended the cascade before its finest level.
+    pub stopped_by_hold_out: bool,
+    /// Points of the returned function whose gradient is below the floor.
+    pub floored: usize,
+    /// Wall time.
+    pub seconds: f64,
+}

@@ -1,0 +1,191 @@
+//! Refinement level by level.
+
+use zeroset_bspline::{CellBand, Derivatives, KnotVector, Spline};
+use zeroset_trust_region::{
+    Error, LevelError, LevelOptions, LevelsReport, Normalisation, Options, refine, refine_levels,
+};
+
+/// Points of a flower with five leaves, displaced from its centre by noise of a standard deviation.
+fn flower(count: usize, noise: f64) -> Vec<[f64; 2]> {
+    let point = |i: usize| {
+        let angle = std::f64::consts::TAU * i as f64 / count as f64;
+        // The sum of two numbers that look random.
+        let hash = |k: f64| ((i as f64 * 12.9898 + k).sin() * 43_758.545_3).rem_euclid(1.0);
+        let across = noise * 6.0_f64.sqrt() * (hash(1.0) + hash(2.0) - 1.0);
+        let radius = 0.38 * (1.0 + 0.12 * (5.0 * angle).cos() + 0.03 * (13.0 * angle).cos()) + across;
+        [radius * angle.cos(), radius * angle.sin()]
+    };
+    (0..count).map(point).collect()
+}
+
+/// A spline on cells of side `1 / cells` that vanishes on a circle.
+fn circle(cells: usize) -> Spline<2> {
+    let knots = KnotVector::uniform(3, -0.75, 1.0 / cells as f64, cells * 3 / 2).unwrap();
+    let at = |k: usize| knots.knots()[k + 2];
+    let n = knots.basis_count();
+    let coefficients = (0..n * n).map(|i| at(i / n).hypot(at(i % n)) - 0.38).collect();
+    Spline::from_flat([knots.clone(), knots], coefficients).unwrap()
+}
+
+/// A dense refinement on 8 cells, and settings for the levels.
+fn initial(points: &[[f64; 2]], spacing: f64) -> (Spline<2>, LevelOptions) {
+    let (f, _) = refine(points, None, &circle(8), &Options::for_spacing::<2>(spacing)).unwrap();
+    (f, LevelOptions::for_spacing::<2>(spacing))
+}
+
+/// Root mean square distance of the flower from the zero set, by 2000 points.
+fn error(f: &impl zeroset_bspline::Implicit<2>) -> f64 {
+    let at = f.evaluate(&flower(2000, 0.0), Derivatives::Gradient);
+    let square = |i: usize| at.values[i].powi(2) / at.gradients[i].iter().map(|g| g * g).sum::<f64>();
+    ((0..2000).map(square).sum::<f64>() / 2000.0).sqrt()
+}
+
+fn check_report(report: &LevelsReport) {
+    for level in &report.levels {
+        for step in &level.steps {
+            assert!(step.objective[1] <= step.objective[0], "no step may raise the objective");
+            assert!(!step.accepted || step.gain_ratio > 0.1);
+        }
+        let weights: Vec<f64> = level.steps.iter().map(|s| s.weight).collect();
+        assert!(weights.windows(2).all(|w| (w[1] / w[0] - 0.1).abs() < 1e-12), "the weight falls tenfold");
+    }
+}
+
+#[test]
+fn every_level_comes_closer() {
+    let points = flower(500, 0.0);
+    let (initial, options) = initial(&points, 0.005);
+    let mut before = error(&initial);
+    for depth in 1..=3 {
+        let band = CellBand::new(initial.knots(), &points, &vec![depth; points.len()], 3).unwrap();
+        let (f, report) = refine_levels(&points, None, &initial, &band, &options).unwrap();
+        check_report(&report);
+        assert_eq!(
+            (f.levels().len(), report.levels.len(), report.stopped_by_hold_out),
+            (depth.into(), depth.into(), false)
+        );
+        let now = error(&f);
+        // From cells that cannot follow the small leaves, by two orders of the cell and more.
+        assert!(now < 0.5 * before, "level {depth}: {now:e} after {before:e}");
+        before = now;
+
+        let gradients = f.evaluate(&points, Derivatives::Gradient).gradients;
+        let mean = gradients.iter().map(|g| g[0].hypot(g[1])).sum::<f64>() / points.len() as f64;
+        assert!((mean - 1.0).abs() < 1e-12, "‖∇f‖ averages 1");
+        assert!(f.value(&[0.0, 0.0]) < 0.0 && f.value(&[0.6, 0.6]) > 0.0, "the sign stays");
+        let held = report.result.held_out_rms.unwrap();
+        assert!(held < 4.0 * report.result.sampson_rms + 1e-9, "{held:e}");
+    }
+}
+
+#[test]
+fn finer_cells_only_where_they_are_wanted() {
+    let points = flower(500, 0.0);
+    let (initial, options) = initial(&points, 0.005);
+    let levels: Vec<u8> = points.iter().map(|p| if p[0] > 0.2 { 3 } else { 1 }).collect();
+    let band = CellBand::new(initial.knots(), &points, &levels, 3).unwrap();
+    let (f, _) = refine_levels(&points, None, &initial, &band, &options).unwrap();
+    let all = CellBand::new(initial.knots(), &points, &vec![1; points.len()], 3).unwrap();
+    let (coarse, _) = refine_levels(&points, None, &initial, &all, &options).unwrap();
+    // Cells of 1/64 and a band of three of them on each side.
+    let (left, right) = ([-0.42, 0.1], [0.44, 0.05]);
+    let unit = |f: &zeroset_bspline::HierarchicalSpline<2>, x| f.value(x) / f.value(&[0.0, 0.0]);
+    assert!((unit(&f, &left) - unit(&coarse, &left)).abs() < 1e-13, "up to the final scale nothing else has changed");
+    assert!((unit(&f, &right) - unit(&coarse, &right)).abs() > 1e-9);
+    assert!(f.levels()[2].cells().iter().all(|cell| -0.75 + f64::from(cell[0]) / 64.0 > 0.2 - 5.0 / 64.0));
+}
+
+#[test]
+fn noise_ends_the_cascade() {
+    let points = flower(3000, 0.01);
+    let (initial, _) = initial(&points, 0.01);
+    let band = CellBand::new(initial.knots(), &points, &vec![5; points.len()], 3).unwrap();
+    // 3000 points on a length of 2.9, ℓ above the noise.
+    let options = LevelOptions { density: 1000.0, smoothing_length: 0.02, ..Default::default() };
+    let (f, report) = refine_levels(&points, None, &initial, &band, &options).unwrap();
+    check_report(&report);
+    // The first level that held-out points find no better ends it; five would follow the noise.
+    assert!(report.stopped_by_hold_out && f.levels().len() < 3, "{} levels", f.levels().len());
+    assert_eq!(report.levels.last().unwrap().best_step, None);
+    assert!(error(&f) < 0.5 * 0.01, "{:e}", error(&f));
+    let stubborn = LevelOptions { holdout: 0.0, ..options };
+    let (rough, all) = refine_levels(&points, None, &initial, &band, &stubborn).unwrap();
+    assert!(!all.stopped_by_hold_out && all.held_out_points == 0 && rough.levels().len() == 5);
+    let energies = (all.result.energy, report.result.energy);
+    assert!(energies.0 > 10.0 * energies.1, "{energies:?}: that function follows the noise");
+}
+
+#[test]
+fn agrees_with_the_dense_lattice() {
+    let points = flower(800, 0.0);
+    let (spacing, length) = (0.003, 0.003);
+    let (coarse, options) = initial(&points, spacing);
+    let band = CellBand::new(coarse.knots(), &points, &vec![3; points.len()], 3).unwrap();
+    // One weight, to convergence, on 64 cells and on the two levels in between.
+    let finest = LevelOptions {
+        smoothing_length: length,
+        decay: 1.0,
+        steps: 4,
+        cg_steps: 60,
+        cg_tolerance: 1e-10,
+        holdout: 0.0,
+        ..options
+    };
+    let (banded, report) = refine_levels(&points, None, &coarse, &band, &finest).unwrap();
+    assert!((report.levels[1].steps[0].smoothing_length - length).abs() < 1e-12);
+    let dense = Options {
+        density: 1.0 / spacing,
+        smoothing_length: length,
+        smallest_smoothing_length: length,
+        decay: 1.0,
+        normalisation: Normalisation::MeanGradient,
+        most_cg_steps: 1000,
+        cg_tolerance: 1e-10,
+        holdout: 0.0,
+        relative_decrease: 1e-12,
+        most_iterations: 8,
+        ..Options::default()
+    };
+    let fine = coarse.halved().unwrap().halved().unwrap().halved().unwrap();
+    let (full, _) = refine(&points, None, &fine, &dense).unwrap();
+    let distance = |(value, gradient): (f64, [f64; 2])| value / gradient[0].hypot(gradient[1]);
+    for p in flower(500, 0.0) {
+        let (a, b) = (distance(banded.value_and_gradient(&p)), distance(full.value_and_gradient(&p)));
+        assert!((a - b).abs() < 1e-4, "{a:e} and {b:e}");
+    }
+}
+
+#[test]
+fn the_same_bytes_for_any_number_of_threads() {
+    let points = flower(500, 0.001);
+    let (initial, options) = initial(&points, 0.005);
+    let band = CellBand::new(initial.knots(), &points, &vec![2; points.len()], 3).unwrap();
+    let run = || refine_levels(&points, None, &initial, &band, &options).unwrap().0;
+    let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    let several = rayon::ThreadPoolBuilder::new().num_threads(3).build().unwrap();
+    assert_eq!(alone.install(run), several.install(run));
+}
+
+#[test]
+fn bad_input_is_refused() {
+    let points = flower(200, 0.0);
+    let initial = circle(16);
+    let band = CellBand::new(initial.knots(), &points, &vec![1; points.len()], 3).unwrap();
+    let error = |points: &[[f64; 2]], areas: Option<&[f64]>, options: &LevelOptions| {
+        refine_levels(points, areas, &initial, &band, options).unwrap_err()
+    };
+    let options = LevelOptions::default();
+    assert_eq!(error(&[], None, &options), LevelError::Refine(Error::NoPoints));
+    let areas = Some(&[1.0][..]);
+    assert_eq!(error(&points, areas, &options), LevelError::Refine(Error::Areas { found: 1, needed: 200 }));
+    let far = error(&[[0.0, f64::NAN]], None, &options);
+    assert!(matches!(far, LevelError::Refine(Error::Collocation(_))), "{far}");
+    let none = LevelOptions { steps: 0, ..options.clone() };
+    assert!(matches!(error(&points, None, &none), LevelError::Refine(Error::Option { name: "steps", .. })));
+    let constant = Spline::from_flat(initial.knots().clone(), vec![1.0; initial.as_flat().len()]).unwrap();
+    let flat = refine_levels(&points, None, &constant, &band, &options).unwrap_err();
+    assert_eq!(flat, LevelError::Refine(Error::NoGradient));
+    let other = circle(8);
+    let foreign = refine_levels(&points, None, &other, &band, &options).unwrap_err();
+    assert!(matches!(foreign, LevelError::Hierarchy(_)), "{foreign}");
+}
