@@ -1,6 +1,6 @@
 //! Refinement level by level.
 
-use zeroset_bspline::{CellBand, Derivatives, KnotVector, Spline};
+use zeroset_bspline::{CellBand, DerivativeEnergy, Derivatives, KnotVector, Spline};
 use zeroset_trust_region::{
     Error, LevelError, LevelOptions, LevelsReport, Normalisation, Options, refine, refine_levels,
 };
@@ -188,4 +188,64 @@ fn bad_input_is_refused() {
     let other = circle(8);
     let foreign = refine_levels(&points, None, &other, &band, &options).unwrap_err();
     assert!(matches!(foreign, LevelError::Hierarchy(_)), "{foreign}");
+}
+
+#[test]
+fn surfaces_are_refined_by_energies_of_both_orders() {
+    // A torus, by a golden-ratio lattice over both angles.
+    let distance = |[x, y, z]: [f64; 3]| (x.hypot(y) - 0.35).hypot(z) - 0.15;
+    let sample = |count: usize, phase: f64| -> Vec<[f64; 3]> {
+        let angles = |i: usize| (i as f64 * 0.618_033_988_749_895 + phase, i as f64 / count as f64);
+        let point = |(u, v): (f64, f64)| {
+            let ((s, c), (t, r)) = ((std::f64::consts::TAU * u).sin_cos(), (std::f64::consts::TAU * v).sin_cos());
+            [(0.35 + 0.15 * r) * c, (0.35 + 0.15 * r) * s, 0.15 * t]
+        };
+        (0..count).map(|i| point(angles(i))).collect()
+    };
+    let (points, others) = (sample(4000, 0.0), sample(1000, 0.4));
+    // Cells of an eighth; the coefficients are distances at the knots' averages, which smooths away the tube's shape.
+    let knots: [KnotVector; 3] =
+        [8, 8, 6].map(|cells| KnotVector::uniform(3, -(cells as f64) / 16.0 - 0.125, 0.125, cells + 2).unwrap());
+    let [_, m, n] = knots.each_ref().map(KnotVector::basis_count);
+    let at = |axis: usize, k: usize| knots[axis].knots()[k + 2];
+    let coefficients =
+        (0..13 * m * n).map(|i| distance([at(0, i / (m * n)), at(1, i / n % m), at(2, i % n)])).collect();
+    let initial = Spline::from_flat(knots.clone(), coefficients).unwrap();
+    let error =
+        |f: &dyn Fn(&[f64; 3]) -> f64| (others.iter().map(|p| f(p).powi(2)).sum::<f64>() / others.len() as f64).sqrt();
+    let before = error(&|p| initial.value(p));
+    let slopes = initial.evaluate(&points, Derivatives::Gradient).gradients;
+    let size = (slopes.iter().flatten().map(|g| g * g).sum::<f64>() / points.len() as f64).sqrt();
+    let band = CellBand::new(&knots, &points, &vec![2; points.len()], 3).unwrap();
+    for third_order in [None, Some(0.015)] {
+        let options = LevelOptions { third_order, ..LevelOptions::for_spacing::<3>(0.02) };
+        let (f, report) = refine_levels(&points, None, &initial, &band, &options).unwrap();
+        assert_eq!(f.levels().len(), 2);
+        assert!(report.levels.iter().flat_map(|l| &l.steps).all(|s| s.objective[1] <= s.objective[0]));
+        // Values are distances, for gradients have length 1; the dense cells are as wide as the tube's radius.
+        let after = error(&|p| f.value(p));
+        assert!(after < 0.01 * before, "{after:e} after {before:e}");
+        // The energy that steps add up to is that of the function.
+        let largest = f.levels()[1].knots();
+        let mut dense = f.root().clone();
+        for level in f.levels() {
+            dense = dense.halved().unwrap();
+            let shape = dense.shape();
+            let mut sum = dense.as_flat().to_vec();
+            for (k, c) in level.active().iter().zip(level.corrections()) {
+                sum[(k[0] as usize * shape[1] + k[1] as usize) * shape[2] + k[2] as usize] += c;
+            }
+            dense = Spline::from_flat(level.knots().clone(), sum).unwrap();
+        }
+        let energy = |order: usize| DerivativeEnergy::new(largest, order).unwrap().energy(dense.as_flat());
+        let exact = third_order.map_or_else(|| energy(2), |length: f64| energy(3) + energy(2) / length.powi(2));
+        let gradients = f.evaluate(&points, Derivatives::Gradient).gradients;
+        let mean = gradients.iter().map(|g| g.iter().map(|g| g * g).sum::<f64>().sqrt()).sum::<f64>() / 4000.0;
+        assert!((mean - 1.0).abs() < 1e-12);
+        // The report is at the scale at which the initial function's gradients have root mean square 1.
+        let scale = f.root().as_flat()[0] / initial.as_flat()[0] * size;
+        let reported = report.result.energy * scale * scale;
+        // Sums of ten thousand products, of energies some times as large as their sum.
+        assert!((reported / exact - 1.0).abs() < 1e-9, "{reported} and {exact}");
+    }
 }
