@@ -120,7 +120,7 @@ fn agrees_with_the_dense_lattice() {
     let points = flower(800, 0.0);
     let (spacing, length) = (0.003, 0.003);
     let (coarse, options) = initial(&points, spacing);
-    let band = CellBand::new(coarse.knots(), &points, &vec![3; points.len()], 3).unwrap();
+    let band = CellBand::new(coarse.knots(), &points, &vec![3; points.len()], 5).unwrap();
     // One weight, to convergence, on 64 cells and on the two levels in between.
     let finest = LevelOptions {
         smoothing_length: length,
