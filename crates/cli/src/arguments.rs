@@ -41,7 +41,7 @@ pub enum Command {
 
 #[derive(Args)]
 pub struct Reconstruct {
-    /// Points: text .xyz .xy .txt .csv .asc .pts (x y [z] first, or columns named in a header line), .ply .obj .stl .npy
+    /// Points: text .xyz .xy .txt .csv .asc .pts (x, y and, in 3D, z first, or columns named in a header line), .ply .obj .stl .npy
     /// .las .laz .e57; - for standard input
     pub points: PathBuf,
     /// The format of the points, whatever the extension; needed for standard input
