@@ -90,46 +90,38 @@ pub fn refine_with<const D: usize>(
     let (best, best_iteration) = run.best(stopping_rule);
     let result = objective.errors(best)?;
     let mut f = best.f.clone();
-    let (mut applications, mut factorisations) = (run.operator_applications, run.factorisations);
+    let Run { initial: errors_before, iterations, mut operator_applications, mut factorisations, .. } = run;
 
+    // The points that were held out have decided the weight; now they count like the others.
     let all = SampsonError::new(collocation, &areas, options.gradient_floor);
-    let Objective { energy, anchor, .. } = &objective;
+    let objective = Objective { fitted: all, held_out: None, ..objective };
     if let (true, Some(iteration)) = (held_out_points > 0, best_iteration) {
-        // The points that were held out have decided the weight; now they count like the others.
-        let length = run.iterations[iteration].smoothing_length;
-        let finish = Options {
-            smoothing_length: length,
-            holdout: 0.0,
-            most_iterations: FINISHING,
-            decay: 1.0,
-            ..options.clone()
-        };
-        let (energy, anchor) = (energy.clone(), anchor.clone());
-        let objective = Objective { anchor, fitted: all, held_out: None, energy, normalisation: options.normalisation };
+        let smoothing_length = iterations[iteration].smoothing_length;
+        let finish =
+            Options { smoothing_length, holdout: 0.0, most_iterations: FINISHING, decay: 1.0, ..options.clone() };
         let mut last = Run::new(&objective, &finish, 1.0, f)?;
         last.iterate(&|_| ControlFlow::Continue(()))?;
-        applications += last.operator_applications;
+        operator_applications += last.operator_applications;
         factorisations += last.factorisations;
-        let (best, _) = last.best(StoppingRule::IterationLimit);
-        f = best.f.clone();
+        f = last.best(StoppingRule::IterationLimit).0.f.clone();
     }
 
     // One factor for the end: ‖∇f‖ averages 1 over all points, those held out included.
-    let all = SampsonError::new(Collocation::new(initial.knots(), points)?, &areas, options.gradient_floor).at(&f)?;
+    let all = objective.fitted.at(&f)?;
     let scale = 1.0 / all.mean_gradient();
     let spline = Spline::from_flat(initial.knots().clone(), f.iter().map(|c| scale * c).collect())?;
     let report = Report {
         fitted_points: points.len() - held_out_points,
         held_out_points,
         coefficients: unknowns,
-        initial: run.initial,
+        initial: errors_before,
         result,
         best_iteration,
         floored: all.floored(),
         stopping_rule,
-        operator_applications: applications,
+        operator_applications,
         factorisations,
-        iterations: run.iterations,
+        iterations,
         seconds: start.elapsed().as_secs_f64(),
     };
     Ok((spline, report))

@@ -89,7 +89,7 @@ pub struct Report {
     pub coefficients: usize,
     /// Errors of the initial function.
     pub initial: Errors,
-    /// Errors of the function that is returned.
+    /// Errors at the best iteration, before the last steps, for which no point is held out any more.
     pub result: Errors,
     /// Index of the iteration that gave the returned function; none for the initial one.
     pub best_iteration: Option<usize>,
