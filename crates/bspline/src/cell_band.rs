@@ -60,6 +60,7 @@ pub(crate) const SUPPORT: i32 = DEGREE as i32;
 /// at least the degree, all functions that act on an occupied cell are active, except within three cells of the box's faces.
 #[derive(Debug, Clone)]
 pub struct CellBand<const D: usize> {
+    near: Arc<IndexSet<D>>,
     active: Vec<Arc<IndexSet<D>>>,
 }
 
@@ -82,28 +83,33 @@ impl<const D: usize> CellBand<D> {
                 return Err(BandError::Outside { index, axis });
             }
         }
-        let (mut fine, mut outer) = (knots.clone(), None);
+        let around = |fine: &[KnotVector; D], level: u8| {
+            let wanting = points.iter().zip(levels).filter(|(_, wanted)| **wanted >= level);
+            let occupied: Vec<[u32; D]> = wanting.map(|(point, _)| cell_of(fine, point)).collect();
+            let reach = width as i32;
+            IndexSet::new(cell_extent(fine), &occupied).dilated(-reach..=reach, cell_extent(fine))
+        };
+        let near = around(knots, 0).eroded(0..=SUPPORT, function_extent(knots));
+        let (mut fine, mut outer) = (knots.clone(), supports(&near, cell_extent(knots)));
         let mut active = Vec::new();
         for level in 1..=levels.iter().copied().max().unwrap_or(0) {
             fine = halved(&fine, usize::from(level))?;
-            let wanting = points.iter().zip(levels).filter(|(_, wanted)| **wanted >= level);
-            let occupied: Vec<[u32; D]> = wanting.map(|(point, _)| cell_of(&fine, point)).collect();
-            let reach = width as i32;
-            let cells = IndexSet::new(cell_extent(&fine), &occupied).dilated(-reach..=reach, cell_extent(&fine));
-            let cells = match &outer {
-                Some(outer) => cells.with_parents_in(outer),
-                None => cells,
-            };
+            let cells = around(&fine, level).with_parents_in(&outer);
             let functions = cells.eroded(0..=SUPPORT, function_extent(&fine));
-            outer = Some(supports(&functions, cell_extent(&fine)));
+            outer = supports(&functions, cell_extent(&fine));
             active.push(Arc::new(functions));
         }
-        Ok(Self { active })
+        Ok(Self { near: Arc::new(near), active })
     }
 
     /// Number of levels, the dense one not counted.
     pub fn depth(&self) -> usize {
         self.active.len()
+    }
+
+    /// The functions of the dense lattice whose support lies near the points: in Ω_0.
+    pub fn near(&self) -> &Arc<IndexSet<D>> {
+        &self.near
     }
 
     /// The active functions of level 1, 2, …

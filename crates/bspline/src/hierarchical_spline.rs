@@ -28,7 +28,7 @@ pub enum HierarchyError {
         needed: Vec<u32>,
     },
     /// An active function's support is not inside the box, or inside the supports of the level above.
-    #[error("level {level}: the supports of {count} cells' functions leave the box or the cells of level {}", level - 1)]
+    #[error("level {level}: the supports of {count} cells' functions leave the box or the cells of the level above")]
     NotNested {
         /// Level, from 1.
         level: usize,
@@ -84,6 +84,41 @@ pub struct Level<const D: usize> {
 }
 
 impl<const D: usize> Level<D> {
+    /// A dense spline on the supports of some of its functions, as a level 0: what refinement changes first.
+    ///
+    /// # Errors
+    /// Knots that are not cubic and uniform, a set of another extent, supports that leave the box.
+    pub fn of_dense(spline: &Spline<D>, active: Arc<IndexSet<D>>) -> Result<Self, HierarchyError> {
+        check_uniform(spline.knots())?;
+        let cells = supports_within(&active, spline.knots(), 0)?;
+        let mut total = BlockField::zeros(Arc::new(cells.dilated(0..=SUPPORT, active.extent())));
+        let (coefficients, shape) = (spline.as_flat(), spline.shape());
+        let at = |k: [u32; D]| coefficients[flat(k, shape)];
+        let members: Vec<f64> = total.set().iter().map(at).collect();
+        total.scatter(&members);
+        let corrections = vec![0.0; active.len()];
+        Ok(Self { knots: spline.knots().clone(), cells, active, corrections, total })
+    }
+
+    /// The dense spline whose level 0 this is, plus corrections of the active functions in their order.
+    ///
+    /// # Errors
+    /// A spline on another lattice, not one coefficient per active function, or one that overflows.
+    pub fn corrected(&self, spline: &Spline<D>, corrections: &[f64]) -> Result<Spline<D>, HierarchyError> {
+        let (found, needed) = (function_extent(spline.knots()), self.active.extent());
+        if found != needed {
+            return Err(HierarchyError::Extent { level: 0, found: found.to_vec(), needed: needed.to_vec() });
+        }
+        if corrections.len() != self.active.len() {
+            return Err(HierarchyError::Corrections { level: 0, found: corrections.len(), needed: self.active.len() });
+        }
+        let mut coefficients = spline.as_flat().to_vec();
+        for (k, correction) in self.active.iter().zip(corrections) {
+            coefficients[flat(k, spline.shape())] += correction;
+        }
+        Ok(Spline::from_flat(spline.knots().clone(), coefficients)?)
+    }
+
     /// The knots of the whole lattice.
     pub fn knots(&self) -> &[KnotVector; D] {
         &self.knots
@@ -156,16 +191,7 @@ impl<const D: usize> HierarchicalSpline<D> {
     pub fn push_level(&mut self, active: Arc<IndexSet<D>>) -> Result<(), HierarchyError> {
         let level = self.levels.len() + 1;
         let knots = halved(self.knots_of(level - 1), level)?;
-        let needed = function_extent(&knots);
-        if active.extent() != needed {
-            return Err(HierarchyError::Extent { level, found: active.extent().to_vec(), needed: needed.to_vec() });
-        }
-        let cells = supports(&active, cell_extent(&knots));
-        let inside = cells.eroded(0..=SUPPORT, needed);
-        let count = active.iter().filter(|k| !inside.contains(*k)).count();
-        if count > 0 {
-            return Err(HierarchyError::NotNested { level, count });
-        }
+        let cells = supports_within(&active, &knots, level)?;
         if let Some(outer) = self.levels.last() {
             let count = cells.len() - cells.with_parents_in(&outer.cells).len();
             if count > 0 {
@@ -173,7 +199,7 @@ impl<const D: usize> HierarchicalSpline<D> {
             }
         }
         let corrections = vec![0.0; active.len()];
-        let total = self.prolonged_to(Arc::new(cells.dilated(0..=SUPPORT, needed)));
+        let total = self.prolonged_to(Arc::new(cells.dilated(0..=SUPPORT, active.extent())));
         self.levels.push(Level { knots, cells, active, corrections, total });
         Ok(())
     }
@@ -305,6 +331,27 @@ impl<const D: usize> HierarchicalSpline<D> {
         });
         (coefficients, basis)
     }
+}
+
+/// The cells in the supports of a level's functions, which must lie in the box.
+fn supports_within<const D: usize>(
+    active: &IndexSet<D>,
+    knots: &[KnotVector; D],
+    level: usize,
+) -> Result<IndexSet<D>, HierarchyError> {
+    let needed = function_extent(knots);
+    if active.extent() != needed {
+        return Err(HierarchyError::Extent { level, found: active.extent().to_vec(), needed: needed.to_vec() });
+    }
+    let cells = supports(active, cell_extent(knots));
+    let inside = cells.eroded(0..=SUPPORT, needed);
+    let count = active.iter().filter(|k| !inside.contains(*k)).count();
+    if count > 0 { Err(HierarchyError::NotNested { level, count }) } else { Ok(cells) }
+}
+
+/// The place of a function of a dense lattice in C order.
+fn flat<const D: usize>(k: [u32; D], shape: [usize; D]) -> usize {
+    (0..D).fold(0, |flat, axis| flat * shape[axis] + k[axis] as usize)
 }
 
 /// Functions that act on a cell, along each axis.

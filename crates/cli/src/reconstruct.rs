@@ -166,6 +166,7 @@ fn write_curves(path: &Path, curves: &Curves, points: &[[f64; 2]]) -> Result<(),
 fn write_function<const D: usize>(path: &Path, kind: OutputKind, result: &Reconstruction<D>) -> Result<(), Failure> {
     let (origin, spline) = result.in_data_units().map_err(Failure::internal)?;
     if kind == OutputKind::Spline {
+        let spline = spline.root();
         let knots = spline.knots().iter().map(|knots| knots.knots().to_vec()).collect();
         let degree = spline.knots()[0].degree();
         let file = SplineFile::new(origin.to_vec(), knots, degree, spline.coefficients().clone());

@@ -13,7 +13,7 @@
 
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
 use serde::Serialize;
-use zeroset_bspline::{Derivatives, KnotVector, Spline};
+use zeroset_bspline::{Derivatives, Implicit, KnotVector};
 use zeroset_winding::{Options, Tree};
 
 use crate::error::GefmError;
@@ -100,7 +100,7 @@ impl<'a, const D: usize> Referee<'a, D> {
     ///
     /// # Errors
     /// If gradients of f are not finite.
-    pub fn judge(&self, f: &Spline<D>) -> Result<(Judgement, Vec<f64>), GefmError> {
+    pub fn judge(&self, f: &impl Implicit<D>) -> Result<(Judgement, Vec<f64>), GefmError> {
         let gradients = f.evaluate(self.points, Derivatives::Gradient).gradients;
         let vectors: Vec<[f64; D]> = gradients
             .iter()
@@ -144,6 +144,7 @@ impl<'a, const D: usize> Referee<'a, D> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use zeroset_bspline::Spline;
 
     /// Points on a circle of radius 0.4, in a box of 16 × 16 cells, and a function that is linear in the radius there.
     fn circle(value: impl Fn(f64, f64) -> f64) -> (Vec<[f64; 2]>, Spline<2>) {

@@ -1,6 +1,6 @@
 //! Functions whose zero set is wanted.
 
-use zeroset_bspline::Spline;
+use zeroset_bspline::{HierarchicalSpline, Spline};
 
 /// A continuous function with its gradient; NaN outside its domain.
 pub trait ImplicitFunction<const D: usize>: Sync {
@@ -20,5 +20,15 @@ impl<const D: usize> ImplicitFunction<D> for Spline<D> {
 
     fn value_and_gradient(&self, x: &[f64; D]) -> (f64, [f64; D]) {
         Spline::value_and_gradient(self, x)
+    }
+}
+
+impl<const D: usize> ImplicitFunction<D> for HierarchicalSpline<D> {
+    fn value(&self, x: &[f64; D]) -> f64 {
+        HierarchicalSpline::value(self, x)
+    }
+
+    fn value_and_gradient(&self, x: &[f64; D]) -> (f64, [f64; D]) {
+        HierarchicalSpline::value_and_gradient(self, x)
     }
 }

@@ -57,6 +57,15 @@ pub enum ReconstructError {
     /// The topology stage failed.
     #[error("topology (section 3): {0}")]
     Topology(#[from] zeroset_gefm::GefmError),
+    /// The levels above the dense lattice were refused.
+    #[error("levels: {0}")]
+    Band(#[from] zeroset_bspline::BandError),
+    /// The function on levels could not be made, or mapped to the data's unit.
+    #[error("levels: {0}")]
+    Hierarchy(#[from] zeroset_bspline::HierarchyError),
+    /// The refinement level by level failed.
+    #[error("refinement (section 2.3): {0}")]
+    Levels(#[from] zeroset_trust_region::LevelError),
     /// The lattice for the distance was refused.
     #[error("distance (section 4): {0}")]
     Lattice(#[from] zeroset_eikonal_sweep::LatticeError),

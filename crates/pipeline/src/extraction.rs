@@ -85,10 +85,11 @@ pub enum Figures {
 
 fn samples<const D: usize>(reconstruction: &Reconstruction<D>) -> Result<LatticeSamples<D>, ReconstructError>
 where
-    zeroset_bspline::Spline<D>: ImplicitFunction<D>,
+    zeroset_bspline::HierarchicalSpline<D>: ImplicitFunction<D>,
 {
     let longest = reconstruction.domain.cells(reconstruction.halvings).into_iter().max().unwrap_or(0);
-    let halvings = reconstruction.halvings + u32::from(longest < FINE_ENOUGH);
+    let levels = reconstruction.spline.levels().len() as u32;
+    let halvings = reconstruction.halvings + levels.max(u32::from(longest < FINE_ENOUGH));
     let axes = reconstruction.domain.nodes(halvings);
     let values = reconstruction.spline.sample(&axes, [0; D]);
     Ok(LatticeSamples::new(axes, values)?)

@@ -4,19 +4,19 @@ use std::time::Instant;
 
 use serde::Serialize;
 use tracing::info;
-use zeroset_bspline::{Derivatives, Spline};
+use zeroset_bspline::{Derivatives, HierarchicalSpline, Spline};
 use zeroset_eikonal_sweep::{self as eikonal_sweep, Lattice};
 use zeroset_gefm as gefm;
 use zeroset_lsq_init as lsq_init;
-use zeroset_trust_region as trust_region;
 
-use crate::anchor;
 use crate::denoising::denoised;
 use crate::domain::Domain;
 use crate::error::ReconstructError;
 use crate::frame::Frame;
 use crate::gap_sites::gap_sites;
+use crate::noise::standard_deviation;
 use crate::options::{Options, Topology};
+use crate::refinement::Refinement;
 use crate::report::{DistanceReport, FrameReport, InputReport, REPORT_VERSION, Report, StageFigures, StageReport};
 use crate::sign::synthesize;
 use crate::sign_field::sign_field;
@@ -28,7 +28,7 @@ use crate::trust;
 #[derive(Debug, Clone)]
 pub struct Reconstruction<const D: usize> {
     /// f in the frame: negative inside, its gradient of length 1 on average at the points.
-    pub spline: Spline<D>,
+    pub spline: HierarchicalSpline<D>,
     /// How the frame and the data are related.
     pub frame: Frame<D>,
     /// The points in the frame, without repetitions.
@@ -44,8 +44,6 @@ pub struct Reconstruction<const D: usize> {
     pub report: Report,
 }
 
-/// Of fewer points, the held-out ones are a small sample.
-const FEW: usize = 3000;
 /// Below this share of zero-set edges with data nearby, a warning is given.
 const SUPPORT_EXPECTED: f64 = 0.7;
 
@@ -66,8 +64,9 @@ pub fn reconstruct<const D: usize>(
 
     let few = thinned(&heard, spacing.typical).map(|few| (Spacing::of(&few), few));
     let (few_spacing, few) = few.as_ref().map_or((&spacing, &heard), |(spacing, few)| (spacing, few));
-    let (f_hat, calibration) = road.stage(|| topology(few, few_spacing, &domain, halvings, options))?;
+    let (f_hat, calibration, ratio) = road.stage(|| topology(few, few_spacing, &domain, halvings, options))?;
 
+    let noise = standard_deviation(&f_hat, &heard);
     let nodes = domain.nodes(halvings);
     let cell = domain.spacing(halvings);
     let smooth = denoised(&f_hat, &heard, spacing.typical);
@@ -98,15 +97,21 @@ pub fn reconstruct<const D: usize>(
     })?;
 
     let spline = if options.refine {
-        road.stage(|| {
-            let mut settings = refinement(&frame, &spacing, cell, heard.len(), options);
-            settings.stiffness =
-                anchor::stiffness(&domain, halvings, options.degree, &distance, cell.max(spacing.typical));
-            let (spline, report) = trust_region::refine(&heard, Some(&spacing.areas), &initial, &settings)?;
-            Ok((spline, StageFigures::Refinement(report)))
-        })?
+        let settings = Refinement {
+            points: &heard,
+            spacing: &spacing,
+            noise,
+            ratio,
+            domain: &domain,
+            halvings,
+            distance: &distance,
+            smoothing: options.smoothing.map(|length| length * frame.scale),
+        };
+        road.stage(
+            || if options.degree == 3 { settings.on_levels(&initial) } else { settings.on_one_lattice(&initial) },
+        )?
     } else {
-        initial
+        HierarchicalSpline::new(initial)?
     };
 
     let trust = trust::judge(&spline, (&heard, &spacing), few, few_spacing, &domain.knots(options.degree, 0)?)?;
@@ -147,7 +152,7 @@ impl<const D: usize> Reconstruction<D> {
     ///
     /// # Errors
     /// If the data's unit is so small or large that the knots cannot be told apart in it.
-    pub fn in_data_units(&self) -> Result<([f64; D], Spline<D>), ReconstructError> {
+    pub fn in_data_units(&self) -> Result<([f64; D], HierarchicalSpline<D>), ReconstructError> {
         Ok((self.frame.origin, self.spline.mapped(1.0 / self.frame.scale, [0.0; D])?))
     }
 
@@ -155,8 +160,10 @@ impl<const D: usize> Reconstruction<D> {
     /// where the function passes through the point with a gradient of at least its usual length. The normals of noisy
     /// points are those of f̂.
     pub fn oriented(&self) -> Vec<OrientedPoint<D>> {
-        let function = self.guide.as_ref().unwrap_or(&self.spline);
-        let evaluation = function.evaluate(&self.points, Derivatives::Gradient);
+        let evaluation = match &self.guide {
+            Some(guide) => guide.evaluate(&self.points, Derivatives::Gradient),
+            None => self.spline.evaluate(&self.points, Derivatives::Gradient),
+        };
         let cell = self.domain.spacing(self.halvings);
         self.points
             .iter()
@@ -255,7 +262,7 @@ fn topology<const D: usize>(
     domain: &Domain<D>,
     halvings: u32,
     options: &Options,
-) -> Result<((Spline<D>, f64), StageFigures), ReconstructError> {
+) -> Result<((Spline<D>, f64, f64), StageFigures), ReconstructError> {
     match options.topology {
         Topology::Continuation => {
             let settings = gefm::LadderOptions {
@@ -264,7 +271,8 @@ fn topology<const D: usize>(
             };
             let (f_hat, _, report) = gefm::climb(points, &spacing.areas, &domain.bottom(options.degree)?, &settings)?;
             let calibration = report.choice().map_or(1.0, |choice| choice.judgement.calibration);
-            Ok(((f_hat, calibration), StageFigures::Ladder(report)))
+            let ratio = report.choice().map_or(0.4, |choice| choice.ratio);
+            Ok(((f_hat, calibration, ratio), StageFigures::Ladder(report)))
         }
         Topology::Paper => {
             // Below the spacing, so that close walls stay apart, but not below what the lattice can resolve.
@@ -272,7 +280,7 @@ fn topology<const D: usize>(
             let settings = gefm::Options { smoothing_length, density: spacing.density, ..gefm::Options::paper() };
             let knots = domain.knots(options.degree, 0)?;
             let (f_hat, report) = gefm::fit(points, &spacing.areas, &knots, &settings)?;
-            Ok(((f_hat, 1.0), StageFigures::Topology(report)))
+            Ok(((f_hat, 1.0, 0.4), StageFigures::Topology(report)))
         }
     }
 }
@@ -293,29 +301,6 @@ fn unsigned_distance<const D: usize>(
         last_change: distance.report.last_change,
     };
     Ok((distance.values, StageFigures::Distance(report)))
-}
-
-fn refinement<const D: usize>(
-    frame: &Frame<D>,
-    spacing: &Spacing,
-    cell: f64,
-    points: usize,
-    options: &Options,
-) -> trust_region::Options {
-    let mut settings = trust_region::Options::for_spacing::<D>(spacing.typical);
-    // A lattice coarser than the data cannot follow detail below its cells.
-    settings.smoothing_length = spacing.typical.max(0.5 * cell);
-    settings.smallest_smoothing_length = 0.05 * settings.smoothing_length;
-    // One more step after the held-out error has turned costs as much as all that it could still gain; but of few points
-    // so few are held out that their error may turn by chance.
-    settings.patience = if points < FEW { 3 } else { 1 };
-    if let Some(length) = options.smoothing {
-        let length = length * frame.scale;
-        settings.smoothing_length = length.max(settings.smoothing_length);
-        settings.smallest_smoothing_length = length;
-        settings.holdout = 0.0;
-    }
-    settings
 }
 
 fn warnings(stages: &[StageReport]) -> Vec<String> {

@@ -94,6 +94,8 @@ pub enum StageFigures {
     InitialShape(zeroset_lsq_init::Report),
     /// Dynamic reconstruction, section 2.3.
     Refinement(zeroset_trust_region::Report),
+    /// Dynamic reconstruction level by level, section 2.3 on levels that follow the surface.
+    Levels(zeroset_trust_region::LevelsReport),
     /// Extraction of the zero set.
     Extraction(ExtractionReport),
 }
@@ -108,6 +110,7 @@ impl StageFigures {
             Self::Sign(_) => "sign",
             Self::InitialShape(_) => "initial-shape",
             Self::Refinement(_) => "refinement",
+            Self::Levels(_) => "levels",
             Self::Extraction(_) => "extraction",
         }
     }

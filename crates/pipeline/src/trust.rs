@@ -1,6 +1,6 @@
 //! Whether the result can be trusted.
 
-use zeroset_bspline::{KnotVector, Spline};
+use zeroset_bspline::{Implicit, KnotVector};
 use zeroset_gefm::Referee;
 use zeroset_trust_region::sampson_distances;
 
@@ -24,7 +24,7 @@ const MISFITS: f64 = 0.012;
 
 /// What winding numbers say of the final function f, and how it fits the points `fitted` with their `own` spacing.
 pub fn judge<const D: usize>(
-    f: &Spline<D>,
+    f: &impl Implicit<D>,
     (fitted, own): (&[[f64; D]], &Spacing),
     points: &[[f64; D]],
     spacing: &Spacing,
@@ -36,7 +36,7 @@ pub fn judge<const D: usize>(
     Ok(TrustReport { judgement, unsure, misfit: misfit(f, fitted, own) })
 }
 
-fn misfit<const D: usize>(f: &Spline<D>, points: &[[f64; D]], spacing: &Spacing) -> f64 {
+fn misfit<const D: usize>(f: &impl Implicit<D>, points: &[[f64; D]], spacing: &Spacing) -> f64 {
     let distances: Vec<f64> = sampson_distances(f, points).into_iter().map(f64::abs).collect();
     let mut sorted = distances.clone();
     sorted.sort_by(f64::total_cmp);
@@ -76,6 +76,7 @@ pub fn verdict(trust: &TrustReport) -> (Option<String>, Option<String>) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use zeroset_bspline::Spline;
 
     #[test]
     fn a_few_points_far_off_are_counted_and_noise_is_not() {

@@ -82,7 +82,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             level.seconds,
             growth(level.seconds, before.map(|b| b.1)),
             level.steps.last().map_or(f64::NAN, |s| s.errors.sampson_rms),
-            level.steps.last().and_then(|s| s.errors.held_out_rms).unwrap_or(f64::NAN),
+            level.steps.last().and_then(|s| s.errors.held_out).unwrap_or(f64::NAN),
             level.steps.last().map_or(f64::NAN, |s| s.errors.energy),
             level.best_step
         );
@@ -98,7 +98,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 step.gain_ratio,
                 step.cg_steps,
                 step.errors.sampson_rms,
-                step.errors.held_out_rms.unwrap_or(f64::NAN)
+                step.errors.held_out.unwrap_or(f64::NAN)
             );
         }
     }

@@ -1,4 +1,4 @@
-//! The objective on one band level, everything coarser being fixed.
+//! The objective on one level, everything coarser being fixed.
 
 use std::sync::Arc;
 use zeroset_bspline::{BlockField, IndexSet, Level};
@@ -21,6 +21,58 @@ const FEWEST: usize = 24;
 /// Squared Sampson distance, `f²/‖∇f‖²` with gradients no shorter than the floor.
 pub(crate) fn squared_distance<const D: usize>(value: f64, gradient: &[f64; D], floor: f64) -> f64 {
     (value / dot(gradient, gradient).sqrt().max(floor)).powi(2)
+}
+
+/// Points that are held out, with the unit normals of a smooth function there; no normals before there is such a function.
+///
+/// Their error is the mean of `|f(Pᵢ)| / (∇f(Pᵢ) · nᵢ)`, the distance along the normal. (Among noisy points a function that
+/// follows the noise has zeros everywhere: the Sampson distance finds one at the side, however wrong the function is.)
+#[derive(Debug, Clone)]
+pub(crate) struct Judge<const D: usize> {
+    weighted: Weighted<D>,
+    normals: Vec<[f64; D]>,
+}
+
+/// Slopes along the normal count as at least this share of the mean gradient.
+const FLATTEST: f64 = 0.2;
+
+impl<const D: usize> Judge<D> {
+    /// No normals yet.
+    pub(crate) fn new(weighted: Weighted<D>) -> Self {
+        Self { weighted, normals: vec![] }
+    }
+
+    /// Nothing is held out.
+    pub(crate) fn none() -> Self {
+        Self::new(Weighted { points: vec![], roots: vec![] })
+    }
+
+    pub(crate) fn points(&self) -> &[[f64; D]] {
+        &self.weighted.points
+    }
+
+    pub(crate) fn has_no_normals(&self) -> bool {
+        self.normals.is_empty()
+    }
+
+    /// Takes the directions of gradients at all points, in their order.
+    pub(crate) fn take_normals(&mut self, gradients: &[[f64; D]]) {
+        self.normals = gradients.iter().map(|g| g.map(|x| x / dot(g, g).sqrt().max(f64::MIN_POSITIVE))).collect();
+    }
+
+    /// The error over some of the points; none without normals, or if they are too few.
+    pub(crate) fn error(&self, indices: impl Iterator<Item = usize>, found: &[(f64, [f64; D])]) -> Option<f64> {
+        if self.normals.is_empty() || found.len() < FEWEST {
+            return None;
+        }
+        let (mut sum, mut area) = (0.0, 0.0);
+        for (index, (value, gradient)) in indices.zip(found) {
+            let share = self.weighted.roots[index].powi(2);
+            sum += share * value.abs() / dot(gradient, &self.normals[index]).max(FLATTEST);
+            area += share;
+        }
+        Some(sum / area)
+    }
 }
 
 /// Those of the points that lie in a level's cells.
@@ -53,7 +105,21 @@ impl<const D: usize> Part<D> {
     fn rms(&self, error: f64) -> f64 {
         (error / self.area).sqrt()
     }
+
+    /// The standard deviation of the Sampson distances if they are normal, by their median: outliers do not count.
+    fn spread(&self, sampson: &Sampson<D>) -> f64 {
+        let mut distances: Vec<f64> = sampson.residuals.iter().zip(&self.roots).map(|(r, a)| (r / a).abs()).collect();
+        let middle = distances.len() / 2;
+        if distances.is_empty() {
+            0.0
+        } else {
+            *distances.select_nth_unstable_by(middle, f64::total_cmp).1 / NORMAL_MEDIAN
+        }
+    }
 }
+
+/// Median of `|X|` for a normal variable with standard deviation 1.
+const NORMAL_MEDIAN: f64 = 0.674_49;
 
 /// Sampson distances at one function.
 #[derive(Debug, Clone)]
@@ -71,7 +137,8 @@ struct Sampson<const D: usize> {
 pub(crate) struct LevelObjective<const D: usize> {
     active: Arc<IndexSet<D>>,
     fitted: Part<D>,
-    judge: Option<Part<D>>,
+    /// The points that are held out.
+    judged: BandCollocation<D>,
     /// With weight 1.
     energy: BandEnergy<D>,
     floor: f64,
@@ -102,7 +169,8 @@ impl<const D: usize> LevelObjective<D> {
     /// A level without corrections; `coarse_energy` is the energy of the spline so far.
     pub(crate) fn new(
         level: &Level<D>,
-        [fitted, judge]: [&Weighted<D>; 2],
+        fitted: &Weighted<D>,
+        judged: &[[f64; D]],
         fairness: Fairness,
         coarse_energy: f64,
         floor: f64,
@@ -113,14 +181,18 @@ impl<const D: usize> LevelObjective<D> {
         let mut coarse_gradient = vec![0.0; active.len()];
         energy.apply(&coarse, None, &mut coarse_gradient);
         let fitted = Part::new(level, fitted);
-        let judge = Some(Part::new(level, judge)).filter(|judge| judge.roots.len() >= FEWEST);
-        Self { active, fitted, judge, energy, floor, coarse, coarse_energy, coarse_gradient }
+        let judged = BandCollocation::new(level, judged);
+        Self { active, fitted, judged, energy, floor, coarse, coarse_energy, coarse_gradient }
+    }
+
+    /// The standard deviation of the points' Sampson distances if they are normal.
+    pub(crate) fn spread(&self, state: &LevelState<D>) -> f64 {
+        self.fitted.spread(&state.sampson)
     }
 
     /// Points that lie in the cells.
     pub(crate) fn points(&self) -> usize {
-        let count = |part: &Part<D>| part.collocation.indices().len();
-        count(&self.fitted) + self.judge.as_ref().map_or(0, count)
+        self.fitted.roots.len() + self.judged.indices().len()
     }
 
     /// A place for the coefficients of a function.
@@ -141,12 +213,24 @@ impl<const D: usize> LevelObjective<D> {
     }
 
     /// Errors at a state whose function has the coefficients `total`.
-    pub(crate) fn errors(&self, state: &LevelState<D>, total: &BlockField<D>) -> LevelErrors {
+    pub(crate) fn errors(&self, state: &LevelState<D>, total: &BlockField<D>, judge: &Judge<D>) -> LevelErrors {
         LevelErrors {
             sampson_rms: self.fitted.rms(state.sampson.error),
-            held_out_rms: self.judge.as_ref().map(|part| part.rms(part.at(total, self.floor).error)),
+            held_out: judge.error(self.judged_indices(), &self.judged.values_and_gradients(total)),
             energy: state.energy,
         }
+    }
+
+    /// Gradients at the `count` points that are held out of a function with the coefficients `total`; zero outside the cells.
+    pub(crate) fn judged_gradients(&self, total: &BlockField<D>, count: usize) -> Vec<[f64; D]> {
+        let found = self.judged.values_and_gradients(total);
+        let mut gradients = vec![[0.0; D]; count];
+        self.judged_indices().zip(found).for_each(|(index, (_, gradient))| gradients[index] = gradient);
+        gradients
+    }
+
+    fn judged_indices(&self) -> impl Iterator<Item = usize> + '_ {
+        self.judged.indices().iter().map(|i| *i as usize)
     }
 
     /// The Gauss–Newton model at a state: operator `JᵀJ + wH` and right side `−(Jᵀr + w H f)`, half the derivatives of R.
@@ -184,10 +268,8 @@ mod tests {
         let mut spline = HierarchicalSpline::new(root).unwrap();
         spline.push_level(Arc::clone(&band.active()[0])).unwrap();
         let weighted = Weighted { roots: (0..40).map(|i| 0.7 + 0.02 * f64::from(i)).collect(), points };
-        let nobody = Weighted { points: vec![], roots: vec![] };
         for fairness in [Fairness::thin_plate(1.0), Fairness::third_order(1.0, 0.5)] {
-            let parts = [&weighted, &nobody];
-            let objective = LevelObjective::new(&spline.levels()[0], parts, fairness, 3.0, 1e-3);
+            let objective = LevelObjective::new(&spline.levels()[0], &weighted, &[], fairness, 3.0, 1e-3);
             let mut total = objective.coefficients();
             let size = spline.levels()[0].active().len();
             let numbers = |seed: usize| -> Vec<f64> {
@@ -209,8 +291,8 @@ mod tests {
             let (curvature, model) = ((after - 2.0 * here + before) / 1e-8, 2.0 * dot(&direction, &applied));
             // Gauss and Newton leave out the residuals' own curvature; here distances are below a tenth.
             assert!((curvature - model).abs() < 0.2 * model, "{curvature} {model}");
-            let errors = objective.errors(&state, &total);
-            assert!(errors.held_out_rms.is_none() && objective.points() == 40);
+            let errors = objective.errors(&state, &total, &Judge::none());
+            assert!(errors.held_out.is_none() && objective.points() == 40);
         }
     }
 }

@@ -11,9 +11,8 @@ use crate::error::Error;
 pub struct LevelOptions {
     /// Density ρ of the points: per unit length in 2D, per unit area in 3D. Positive.
     pub density: f64,
-    /// Smoothing length ℓ of the initial function, or the one that suits the points where it is not known. Each level's first
-    /// step is one factor of [`decay`](Self::decay) above the ℓ that was the best on the level before, so that ℓ may rise as
-    /// well as fall. Positive.
+    /// Smoothing length ℓ of the very first step: one that is too large rather than too small, for it only falls. Each level
+    /// starts with the ℓ that was the best on the level before. Positive.
     pub smoothing_length: f64,
     /// Where the smoothing length stops falling, on all levels. Not negative; 0 for nowhere.
     pub smallest_smoothing_length: f64,
@@ -21,13 +20,17 @@ pub struct LevelOptions {
     pub decay: f64,
     /// Which energy: none for the thin-plate energy, `w = ρ ℓ³`; a length λ for `∫‖∇³f‖² + ∫‖∇²f‖²/λ²`, `w = ρ ℓ⁵`.
     pub third_order: Option<f64>,
-    /// Gauss–Newton steps per level that are taken. At least 1.
+    /// Standard deviation of the points' distances from their surface, where it is known and not small beside their spacing:
+    /// ℓ falls until the Sampson distances are as large as that, and held-out points are not asked (Morozov 1966). Positive.
+    pub noise: Option<f64>,
+    /// Most Gauss–Newton steps per level; the first that brings nothing is the last. At least 1.
     pub steps: usize,
     /// Most conjugate-gradient steps for each, of three products with the operator. At least 1.
     pub cg_steps: usize,
     /// Conjugate gradients end when the residual has fallen to this share. In [0, 1).
     pub cg_tolerance: f64,
-    /// Share of the points that is held out, chosen by a hash of their position; 0 for none. In [0, 0.5].
+    /// Share of the points that is held out while ℓ is looked for, chosen by a hash of their position; 0 for none, and then
+    /// all steps are done. In [0, 0.5].
     pub holdout: f64,
     /// Changes which points are held out.
     pub seed: u64,
@@ -44,7 +47,8 @@ impl Default for LevelOptions {
             smallest_smoothing_length: 0.0,
             decay: 0.1,
             third_order: None,
-            steps: 3,
+            noise: None,
+            steps: 8,
             cg_steps: 12,
             cg_tolerance: 1e-3,
             holdout: 0.05,
@@ -84,12 +88,17 @@ impl LevelOptions {
         if self.third_order.is_some() { 5.0 } else { 3.0 }
     }
 
-    /// The smoothing length of a level's step, and its weight for a given share of the points; `before` is the best of the
-    /// level before.
-    pub(crate) fn weight(&self, before: f64, step: usize, share: f64) -> (f64, f64) {
-        let decay = self.decay.powf((step as f64 - 1.0) / self.power());
-        let length = (before * decay).max(self.smallest_smoothing_length);
-        (length, self.density * share * length.powf(self.power()))
+    /// The smoothing lengths of a level's steps, falling from that of the first, as long as they fall.
+    pub(crate) fn lengths(&self, first: f64) -> Vec<f64> {
+        let length = |step: usize| first * self.decay.powf(step as f64 / self.power());
+        let smallest = self.smallest_smoothing_length;
+        let useful = |step: &usize| *step == 0 || self.decay == 1.0 || length(step - 1) > smallest;
+        (0..self.steps).take_while(useful).map(|step| length(step).max(smallest)).collect()
+    }
+
+    /// `w` for a smoothing length and a given share of the points.
+    pub(crate) fn weight(&self, length: f64, share: f64) -> f64 {
+        self.density * share * length.powf(self.power())
     }
 
     pub(crate) fn check(&self) -> Result<(), Error> {
@@ -111,6 +120,7 @@ impl LevelOptions {
                 self.third_order.is_none_or(positive),
                 "a positive length is needed",
             ),
+            ("noise", self.noise.unwrap_or(1.0), self.noise.is_none_or(positive), "a positive length is needed"),
             ("steps", self.steps as f64, self.steps >= 1, "at least one step is needed"),
             ("cg_steps", self.cg_steps as f64, self.cg_steps >= 1, "at least one step is needed"),
             ("cg_tolerance", self.cg_tolerance, share(self.cg_tolerance), "must lie in [0, 1)"),

@@ -7,8 +7,9 @@ use serde::Serialize;
 pub struct LevelErrors {
     /// Root mean square Sampson distance of the fitted points, in the unit of the points.
     pub sampson_rms: f64,
-    /// The same of the held-out points, if there are enough to judge by.
-    pub held_out_rms: Option<f64>,
+    /// Mean distance of the held-out points from the zero set along the normals of the function after the very first step,
+    /// if there are enough points to judge by and that step has been done.
+    pub held_out: Option<f64>,
     /// The energy over the whole box, at the scale at which the initial function's gradients have root mean square 1.
     pub energy: f64,
 }
@@ -35,7 +36,7 @@ pub struct LevelStep {
 /// One level.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LevelSummary {
-    /// Counts from 1; 0 is the dense lattice.
+    /// 0 is the dense lattice near the points.
     pub level: usize,
     /// Side of the cells.
     pub cell: f64,
@@ -49,10 +50,17 @@ pub struct LevelSummary {
     pub initial: LevelErrors,
     /// All steps, with errors over the points in the cells.
     pub steps: Vec<LevelStep>,
-    /// The step whose function was kept; none if the level brought nothing and was removed.
+    /// The step whose function was kept; none if the level brought nothing and was left out.
     pub best_step: Option<usize>,
     /// Wall time.
     pub seconds: f64,
+}
+
+impl LevelSummary {
+    /// The smoothing lengths of the steps up to the best; none if there is no best step.
+    pub(crate) fn lengths_to_the_best(&self) -> Option<Vec<f64>> {
+        self.best_step.map(|best| self.steps[..=best].iter().map(|step| step.smoothing_length).collect())
+    }
 }
 
 /// What [`refine_levels`](crate::refine_levels) did.
@@ -64,12 +72,12 @@ pub struct LevelsReport {
     pub held_out_points: usize,
     /// Errors of the initial function.
     pub initial: LevelErrors,
-    /// Errors of the function that is returned.
+    /// Errors of the best function while points were held out.
     pub result: LevelErrors,
     /// The levels that were tried, coarse to fine.
     pub levels: Vec<LevelSummary>,
-    /// Whether held-out points ended the cascade before its finest level.
-    pub stopped_by_hold_out: bool,
+    /// Whether a level brought nothing and ended the cascade.
+    pub stopped_early: bool,
     /// Points of the returned function whose gradient is below the floor.
     pub floored: usize,
     /// Wall time.

@@ -61,6 +61,7 @@
 //! Energies of other orders on a dense lattice.
 
 mod anchor;
+mod cascade;
 mod error;
 mod holdout;
 mod iteration;

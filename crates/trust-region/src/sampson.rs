@@ -1,6 +1,6 @@
 //! The Sampson distance (equation 4), its error sum (equation 5) and its Jacobian.
 
-use zeroset_bspline::{Collocation, Derivatives, Spline};
+use zeroset_bspline::{Collocation, Derivatives, Implicit};
 
 use crate::error::Error;
 use crate::rows::{Rows, dot};
@@ -8,7 +8,7 @@ use crate::rows::{Rows, dot};
 /// Sampson distances `f(Pᵢ)/‖∇f(Pᵢ)‖` with the sign of `f`, equation (4), in the unit of the points.
 ///
 /// NaN outside the box of the spline; infinite (or NaN on the zero set) where the gradient vanishes.
-pub fn sampson_distances<const D: usize>(f: &Spline<D>, points: &[[f64; D]]) -> Vec<f64> {
+pub fn sampson_distances<const D: usize>(f: &impl Implicit<D>, points: &[[f64; D]]) -> Vec<f64> {
     let at = f.evaluate(points, Derivatives::Gradient);
     at.values.iter().zip(&at.gradients).map(|(v, g)| v / dot(g, g).sqrt()).collect()
 }

@@ -61,8 +61,8 @@ fn every_level_comes_closer() {
         let (f, report) = refine_levels(&points, None, &initial, &band, &options).unwrap();
         check_report(&report);
         assert_eq!(
-            (f.levels().len(), report.levels.len(), report.stopped_by_hold_out),
-            (depth.into(), depth.into(), false)
+            (f.levels().len(), report.levels.len(), report.stopped_early),
+            (depth.into(), usize::from(depth) + 1, false)
         );
         let now = error(&f);
         // From cells that cannot follow the small leaves, by two orders of the cell and more.
@@ -73,7 +73,7 @@ fn every_level_comes_closer() {
         let mean = gradients.iter().map(|g| g[0].hypot(g[1])).sum::<f64>() / points.len() as f64;
         assert!((mean - 1.0).abs() < 1e-12, "‖∇f‖ averages 1");
         assert!(f.value(&[0.0, 0.0]) < 0.0 && f.value(&[0.6, 0.6]) > 0.0, "the sign stays");
-        let held = report.result.held_out_rms.unwrap();
+        let held = report.result.held_out.unwrap();
         assert!(held < 4.0 * report.result.sampson_rms + 1e-9, "{held:e}");
     }
 }
@@ -105,14 +105,32 @@ fn noise_ends_the_cascade() {
     let (f, report) = refine_levels(&points, None, &initial, &band, &options).unwrap();
     check_report(&report);
     // The first level that held-out points find no better ends it; five would follow the noise.
-    assert!(report.stopped_by_hold_out && f.levels().len() < 3, "{} levels", f.levels().len());
+    assert!(report.stopped_early && f.levels().len() < 3, "{} levels", f.levels().len());
     assert_eq!(report.levels.last().unwrap().best_step, None);
     assert!(error(&f) < 0.5 * 0.01, "{:e}", error(&f));
     let stubborn = LevelOptions { holdout: 0.0, ..options };
     let (rough, all) = refine_levels(&points, None, &initial, &band, &stubborn).unwrap();
-    assert!(!all.stopped_by_hold_out && all.held_out_points == 0 && rough.levels().len() == 5);
+    assert!(!all.stopped_early && all.held_out_points == 0 && rough.levels().len() == 5);
     let energies = (all.result.energy, report.result.energy);
     assert!(energies.0 > 10.0 * energies.1, "{energies:?}: that function follows the noise");
+}
+
+#[test]
+fn known_noise_decides_how_close_the_fit_is() {
+    let noise = 0.01;
+    let points = flower(3000, noise);
+    let (initial, _) = initial(&points, 0.01);
+    let band = CellBand::new(initial.knots(), &points, &vec![3; points.len()], 3).unwrap();
+    let options = LevelOptions { density: 1000.0, smoothing_length: 0.04, noise: Some(noise), ..Default::default() };
+    let (f, report) = refine_levels(&points, None, &initial, &band, &options).unwrap();
+    let last = report.levels.last().unwrap();
+    // The median decides, and the noise is a sum of two uniform variables: nearly, not quite normal.
+    assert!((last.steps.last().unwrap().errors.sampson_rms / noise - 1.0).abs() < 0.1, "{report:?}");
+    assert!(report.held_out_points == 0 && report.result.held_out.is_none());
+    assert!(error(&f) < 0.5 * noise, "{:e}", error(&f));
+    let none = LevelOptions { noise: Some(0.0), ..options };
+    let refused = refine_levels(&points, None, &initial, &band, &none).unwrap_err();
+    assert!(matches!(refused, LevelError::Refine(Error::Option { name: "noise", .. })));
 }
 
 #[test]
@@ -132,7 +150,7 @@ fn agrees_with_the_dense_lattice() {
         ..options
     };
     let (banded, report) = refine_levels(&points, None, &coarse, &band, &finest).unwrap();
-    assert!((report.levels[1].steps[0].smoothing_length - length).abs() < 1e-12);
+    assert!((report.levels[2].steps[0].smoothing_length - length).abs() < 1e-12);
     let dense = Options {
         density: 1.0 / spacing,
         smoothing_length: length,
@@ -218,7 +236,7 @@ fn surfaces_are_refined_by_energies_of_both_orders() {
     let size = (slopes.iter().flatten().map(|g| g * g).sum::<f64>() / points.len() as f64).sqrt();
     let band = CellBand::new(&knots, &points, &vec![2; points.len()], 3).unwrap();
     for third_order in [None, Some(0.015)] {
-        let options = LevelOptions { third_order, ..LevelOptions::for_spacing::<3>(0.02) };
+        let options = LevelOptions { third_order, holdout: 0.0, steps: 3, ..LevelOptions::for_spacing::<3>(0.02) };
         let (f, report) = refine_levels(&points, None, &initial, &band, &options).unwrap();
         assert_eq!(f.levels().len(), 2);
         assert!(report.levels.iter().flat_map(|l| &l.steps).all(|s| s.objective[1] <= s.objective[0]));

@@ -1,0 +1,96 @@
+//! Settings of the dynamic reconstruction: cells and smoothing length from the sampling and its noise.
+
+use ndarray::ArrayD;
+use zeroset_bspline::{CellBand, HierarchicalSpline, Spline, levels_for_spacing};
+use zeroset_trust_region as trust_region;
+
+use crate::anchor;
+use crate::domain::Domain;
+use crate::error::ReconstructError;
+use crate::report::StageFigures;
+use crate::spacing::Spacing;
+
+/// Cells on the finest level, in spacings of the points there. (Finer ones bring less than they cost.)
+const FINEST_CELL: f64 = 0.5;
+/// Levels above the dense lattice at most.
+const MOST_LEVELS: u8 = 6;
+/// Cells on each side of those that hold points which a level reaches.
+const BAND: usize = 3;
+/// Beyond so many spacings fairness is of second order, which overshoots less than third order.
+const SECOND_ORDER: f64 = 4.0;
+/// Noise below this share of the spacing is not told from detail.
+const NOISY: f64 = 0.1;
+/// The first smoothing length, in that of the ladder's choice, and at least so many standard deviations of the noise.
+const FIRST_LENGTH: f64 = 2.0;
+const FIRST_LENGTH_NOISE: f64 = 3.0;
+/// Of fewer points, the held-out ones are a small sample.
+const FEW: usize = 3000;
+
+/// What refinement depends on; frame units.
+#[derive(Debug, Clone, Copy)]
+pub struct Refinement<'a, const D: usize> {
+    pub points: &'a [[f64; D]],
+    pub spacing: &'a Spacing,
+    /// Standard deviation of the points' distances from their surface.
+    pub noise: f64,
+    /// The smoothing length of f̂ in spacings.
+    pub ratio: f64,
+    pub domain: &'a Domain<D>,
+    /// From the coarsest lattice to that of the initial shape.
+    pub halvings: u32,
+    /// d on the nodes of the initial shape's lattice.
+    pub distance: &'a ArrayD<f64>,
+    /// The smoothing length that is wanted, if not what the data suggest.
+    pub smoothing: Option<f64>,
+}
+
+type Refined<const D: usize> = Result<(HierarchicalSpline<D>, StageFigures), ReconstructError>;
+
+impl<const D: usize> Refinement<'_, D> {
+    /// Level by level, finer where the points are denser. For cubics.
+    pub fn on_levels(&self, initial: &Spline<D>) -> Refined<D> {
+        let (spacing, cell) = (self.spacing.typical, self.domain.spacing(self.halvings));
+        let sides: Vec<f64> = self.spacing.local.iter().map(|s| FINEST_CELL * s).collect();
+        let levels = levels_for_spacing(cell, &sides, MOST_LEVELS);
+        let band = CellBand::new(initial.knots(), self.points, &levels, BAND)?;
+        let noise = (self.noise > NOISY * spacing).then_some(self.noise);
+        let first =
+            (FIRST_LENGTH * self.ratio * spacing).max(0.5 * cell).max(FIRST_LENGTH_NOISE * noise.unwrap_or(0.0));
+        let mut settings = trust_region::LevelOptions {
+            smoothing_length: first,
+            smallest_smoothing_length: 0.05 * spacing,
+            third_order: Some(SECOND_ORDER * spacing),
+            noise,
+            ..trust_region::LevelOptions::for_spacing::<D>(spacing)
+        };
+        if let Some(length) = self.smoothing {
+            settings.smoothing_length = length.max(first);
+            settings.smallest_smoothing_length = length;
+            (settings.noise, settings.holdout) = (None, 0.0);
+        }
+        let (spline, report) =
+            trust_region::refine_levels(self.points, Some(&self.spacing.areas), initial, &band, &settings)?;
+        Ok((spline, StageFigures::Levels(report)))
+    }
+
+    /// On the lattice of the initial shape, as the paper does it. For any degree.
+    pub fn on_one_lattice(&self, initial: &Spline<D>) -> Refined<D> {
+        let (spacing, cell) = (self.spacing.typical, self.domain.spacing(self.halvings));
+        let mut settings = trust_region::Options::for_spacing::<D>(spacing);
+        // A lattice coarser than the data cannot follow detail below its cells.
+        settings.smoothing_length = spacing.max(0.5 * cell);
+        settings.smallest_smoothing_length = 0.05 * settings.smoothing_length;
+        // One more step after the held-out error has turned costs as much as all that it could still gain; but of few
+        // points so few are held out that their error may turn by chance.
+        settings.patience = if self.points.len() < FEW { 3 } else { 1 };
+        if let Some(length) = self.smoothing {
+            settings.smoothing_length = length.max(settings.smoothing_length);
+            settings.smallest_smoothing_length = length;
+            settings.holdout = 0.0;
+        }
+        let degree = initial.knots()[0].degree();
+        settings.stiffness = anchor::stiffness(self.domain, self.halvings, degree, self.distance, cell.max(spacing));
+        let (spline, report) = trust_region::refine(self.points, Some(&self.spacing.areas), initial, &settings)?;
+        Ok((HierarchicalSpline::new(spline)?, StageFigures::Refinement(report)))
+    }
+}

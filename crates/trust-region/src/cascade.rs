@@ -1,0 +1,223 @@
+//! The cascade: one level after the other, each with everything coarser fixed.
+
+use std::sync::Arc;
+use std::time::Instant;
+use zeroset_bspline::{
+    BlockField, CellBand, DerivativeEnergy, Derivatives, HierarchicalSpline, Implicit, Level, Spline,
+};
+use zeroset_multigrid::{BandSolver, Truncation};
+
+use crate::level_objective::{Judge, LevelObjective, LevelState, Weighted, squared_distance};
+use crate::level_options::{LevelError, LevelOptions};
+use crate::level_report::{LevelErrors, LevelStep, LevelSummary};
+use crate::rows::dot;
+
+/// A step is taken when the objective falls by more than this share of the prediction.
+const ACCEPT: f64 = 0.1;
+/// A step that is not taken is halved so often.
+const ATTEMPTS: usize = 6;
+/// A score counts as lower when it is lower by this share.
+const SIGNIFICANT: f64 = 0.02;
+
+/// What decides the steps.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Guidance<'a> {
+    /// The points that are held out; without such points all steps are done.
+    HeldOut,
+    /// The smoothing lengths of every level's steps; there are no more levels than these.
+    Lengths(&'a [Vec<f64>]),
+}
+
+/// What all levels have in common.
+#[derive(Debug)]
+pub(crate) struct Cascade<'a, const D: usize> {
+    options: &'a LevelOptions,
+    /// Share of the points that are fitted: their density is that share of ρ.
+    share: f64,
+    fitted: &'a Weighted<D>,
+    judge: Judge<D>,
+    /// Of the function so far.
+    energy: f64,
+    /// The one that gave the function so far.
+    smoothing_length: f64,
+    /// Whether the points are fitted as closely as their noise allows.
+    at_noise: bool,
+}
+
+impl<'a, const D: usize> Cascade<'a, D> {
+    /// Before the first step; `points` are all there are, `dense` has gradients with root mean square 1 there.
+    pub(crate) fn new(
+        options: &'a LevelOptions,
+        points: usize,
+        fitted: &'a Weighted<D>,
+        judge: Judge<D>,
+        dense: &Spline<D>,
+    ) -> Result<Self, LevelError> {
+        let mut energy = 0.0;
+        for (order, weight) in options.fairness().weights.into_iter().enumerate().filter(|(_, weight)| *weight > 0.0) {
+            energy += weight * DerivativeEnergy::new(dense.knots(), order)?.energy(dense.as_flat());
+        }
+        let share = dot(&fitted.roots, &fitted.roots) / points as f64;
+        Ok(Self { options, share, fitted, judge, energy, smoothing_length: options.smoothing_length, at_noise: false })
+    }
+
+    /// Errors over all points.
+    pub(crate) fn errors(&self, f: &impl Implicit<D>) -> LevelErrors {
+        let at = f.evaluate(&self.fitted.points, Derivatives::Gradient);
+        let floor = self.options.gradient_floor;
+        let distances = at.values.iter().zip(&at.gradients).map(|(v, g)| squared_distance(*v, g, floor));
+        let sum: f64 = distances.zip(&self.fitted.roots).map(|(r, a)| a * a * r).sum();
+        let at = f.evaluate(self.judge.points(), Derivatives::Gradient);
+        let found: Vec<(f64, [f64; D])> = at.values.into_iter().zip(at.gradients).collect();
+        LevelErrors {
+            sampson_rms: (sum / dot(&self.fitted.roots, &self.fitted.roots)).sqrt(),
+            held_out: self.judge.error(0..found.len(), &found),
+            energy: self.energy,
+        }
+    }
+
+    /// Refines the dense function and the levels of the band, until one brings nothing.
+    pub(crate) fn run(
+        &mut self,
+        dense: &Spline<D>,
+        band: &CellBand<D>,
+        guidance: Guidance,
+    ) -> Result<(HierarchicalSpline<D>, Vec<LevelSummary>), LevelError> {
+        let given = |number: usize| match guidance {
+            Guidance::HeldOut => Some(None),
+            Guidance::Lengths(lengths) => lengths.get(number).map(Some),
+        };
+        let mut levels = Vec::new();
+        let Some(lengths) = given(0) else { return Ok((HierarchicalSpline::new(dense.clone())?, levels)) };
+        let near = Level::of_dense(dense, Arc::clone(band.near()))?;
+        let (corrections, summary) = self.refine(&near, 0, lengths);
+        let mut spline = HierarchicalSpline::new(near.corrected(dense, &corrections)?)?;
+        levels.push(summary);
+        for (number, active) in (1..).zip(band.active()) {
+            let Some(lengths) = given(number) else { break };
+            if levels[number - 1].best_step.is_none() || self.at_noise {
+                break;
+            }
+            spline.push_level(Arc::clone(active))?;
+            let (corrections, summary) = self.refine(&spline.levels()[number - 1], number, lengths);
+            if summary.best_step.is_some() {
+                spline.correct_finest(corrections)?;
+            } else {
+                spline.pop_level();
+            }
+            levels.push(summary);
+        }
+        Ok((spline, levels))
+    }
+
+    /// Refines a level without corrections, by steps with the given smoothing lengths, or as long as they bring something.
+    /// Gives the corrections of the best step; if none is better than the function without the level, they are zero.
+    fn refine(&mut self, level: &Level<D>, number: usize, given: Option<&Vec<f64>>) -> (Vec<f64>, LevelSummary) {
+        let start = Instant::now();
+        let (fairness, floor) = (self.options.fairness(), self.options.gradient_floor);
+        let objective = LevelObjective::new(level, self.fitted, self.judge.points(), fairness, self.energy, floor);
+        let lengths = given.map_or_else(|| self.options.lengths(self.smoothing_length), Vec::clone);
+        let mut total = objective.coefficients();
+        let mut current = objective.at(vec![0.0; level.active().len()], &mut total);
+        let initial = objective.errors(&current, &total, &self.judge);
+        let (mut best, mut best_step, mut best_errors) = (current.corrections.clone(), None, initial);
+        let mut steps: Vec<LevelStep> = Vec::with_capacity(lengths.len());
+        let mut spread = objective.spread(&current);
+        for (index, mut length) in lengths.into_iter().enumerate() {
+            let before = self.options.noise.map(|noise| (noise, current.clone()));
+            let mut step = self.step(&objective, &mut current, &mut total, length);
+            if let Some((noise, before)) = before {
+                let found = objective.spread(&current);
+                self.at_noise = found <= noise;
+                if let (true, Some(last)) = (self.at_noise, steps.last()) {
+                    length = at_target((last.smoothing_length, spread), (length, found), noise);
+                    current = before;
+                    step = self.step(&objective, &mut current, &mut total, length);
+                }
+                spread = found;
+            }
+            if step.accepted && self.judge.has_no_normals() {
+                // The first function that is smooth for certain.
+                self.judge.take_normals(&objective.judged_gradients(&total, self.judge.points().len()));
+                step.errors = objective.errors(&current, &total, &self.judge);
+            }
+            tracing::debug!(level = number, ?step, "Gauss–Newton step");
+            let better = step.accepted && (given.is_some() || is_better(&step.errors, &best_errors));
+            if better {
+                (best_step, best_errors) = (Some(index), step.errors);
+                best.copy_from_slice(&current.corrections);
+                (self.smoothing_length, self.energy) = (length, step.errors.energy);
+            }
+            steps.push(step);
+            if !better || self.at_noise {
+                break;
+            }
+        }
+        let summary = LevelSummary {
+            level: number,
+            cell: level.cell_side(),
+            active: level.active().len(),
+            cells: level.cells().len(),
+            points: objective.points(),
+            initial,
+            steps,
+            best_step,
+            seconds: start.elapsed().as_secs_f64(),
+        };
+        (best, summary)
+    }
+
+    /// One Gauss–Newton step inside a trust region that shrinks until the objective falls.
+    fn step(
+        &self,
+        objective: &LevelObjective<D>,
+        current: &mut LevelState<D>,
+        total: &mut BlockField<D>,
+        smoothing_length: f64,
+    ) -> LevelStep {
+        let weight = self.options.weight(smoothing_length, self.share);
+        let before = current.objective(weight);
+        let (most_steps, tolerance) = (self.options.cg_steps, self.options.cg_tolerance);
+        let mut truncation = Truncation { most_steps, tolerance, radius: f64::INFINITY };
+        let (mut gain_ratio, mut accepted, mut cg_steps) = (f64::NAN, false, 0);
+        let (operator, right) = objective.model(current, weight);
+        let solver = BandSolver::new(&operator);
+        for _ in 0..ATTEMPTS {
+            let step = solver.solve(&right, &truncation);
+            cg_steps += step.steps;
+            let moved = current.corrections.iter().zip(&step.x).map(|(c, x)| c + x).collect();
+            let trial = objective.at(moved, total);
+            // The model is that of R / 2.
+            gain_ratio = (before - trial.objective(weight)) / (2.0 * step.predicted_decrease);
+            accepted = gain_ratio > ACCEPT;
+            if accepted {
+                *current = trial;
+                break;
+            }
+            truncation.radius = 0.5 * step.norm;
+        }
+        if !accepted {
+            // `total` is to hold the current function again.
+            *current = objective.at(std::mem::take(&mut current.corrections), total);
+        }
+        let objectives = [before, current.objective(weight)];
+        let errors = objective.errors(current, total, &self.judge);
+        LevelStep { weight, smoothing_length, gain_ratio, accepted, cg_steps, objective: objectives, errors }
+    }
+}
+
+/// By the product of held-out error and the root of the energy, as on the dense lattice; without a held-out error the later
+/// function is the better.
+fn is_better(new: &LevelErrors, old: &LevelErrors) -> bool {
+    let score = |e: &LevelErrors| e.held_out.map(|error| error * e.energy.max(0.0).sqrt());
+    match (score(new), score(old)) {
+        (Some(new), Some(old)) => new < (1.0 - SIGNIFICANT) * old,
+        _ => true,
+    }
+}
+
+/// The smoothing length for a given spread, between two lengths with theirs, by a power law; the second if they say nothing.
+fn at_target(before: (f64, f64), after: (f64, f64), spread: f64) -> f64 {
+    let share = (before.1 / spread).ln() / (before.1 / after.1).ln();
+    if (0.0..=1.0).contains(&share) { before.0 * (after.0 / before.0).powf(share) } else { after.0 }
+}
