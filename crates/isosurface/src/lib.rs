@@ -58,15 +58,16 @@ mod mesh;
 mod options;
 mod polylines;
 mod root;
+mod runs;
 mod samples;
 mod surface;
 mod union_find;
 
-pub use curve::curve;
+pub use curve::{curve, curve_of};
 pub use error::Error;
 pub use function::ImplicitFunction;
 pub use mesh::{Topology, TriMesh};
 pub use options::{Options, Report};
 pub use polylines::{CurveTopology, Curves};
 pub use samples::LatticeSamples;
-pub use surface::surface;
+pub use surface::{surface, surface_of};
