@@ -40,14 +40,14 @@ impl<const D: usize> CoefficientWindow<D> {
             part.extend_from_slice(&self.0[start..start + HALF]);
         }
         for axis in (0..D).rev() {
-            part = along::<HALF, SIDE>(&part, SIDE.pow((D - 1 - axis) as u32), |c, k| {
-                let m = k / 2;
-                if k % 2 == 0 {
-                    0.5 * c.at(m) + 0.5 * c.at(m + 1)
-                } else {
-                    0.125 * c.at(m) + 0.75 * c.at(m + 1) + 0.125 * c.at(m + 2)
-                }
-            });
+            part = along::<HALF, SIDE, 3>(
+                &part,
+                SIDE.pow((D - 1 - axis) as u32),
+                |k| k / 2,
+                |c, k| {
+                    if k % 2 == 0 { 0.5 * c[0] + 0.5 * c[1] } else { 0.125 * c[0] + 0.75 * c[1] + 0.125 * c[2] }
+                },
+            );
         }
         Self(part)
     }
@@ -66,14 +66,20 @@ impl<const D: usize> CoefficientWindow<D> {
         (self.extremes(|a, b| if b < a { b } else { a }), self.extremes(|a, b| if b > a { b } else { a }))
     }
 
+    /// The smallest and the largest of all coefficients.
+    pub(crate) fn range(&self) -> (f64, f64) {
+        let extend =
+            |(low, high): (f64, f64), c: &f64| (if *c < low { *c } else { low }, if *c > high { *c } else { high });
+        self.0.iter().fold((f64::INFINITY, f64::NEG_INFINITY), extend)
+    }
+
     fn extremes(&self, pick: impl Fn(f64, f64) -> f64) -> Vec<f64> {
         let mut values = None;
         for axis in (0..D).rev() {
             let input: &[f64] = values.as_deref().unwrap_or(&self.0);
             let inner = CELLS.pow((D - 1 - axis) as u32);
-            values = Some(along::<SIDE, CELLS>(input, inner, |c, k| {
-                pick(pick(c.at(k), c.at(k + 1)), pick(c.at(k + 2), c.at(k + 3)))
-            }));
+            let pick = |c: [f64; 4], _| pick(pick(c[0], c[1]), pick(c[2], c[3]));
+            values = Some(along::<SIDE, CELLS, 4>(input, inner, |k| k, pick));
         }
         values.unwrap_or_default()
     }
@@ -84,38 +90,40 @@ impl<const D: usize> CoefficientWindow<D> {
         for axis in (0..D).rev() {
             let input: &[f64] = values.as_deref().unwrap_or(&self.0);
             let inner = (CELLS + 1).pow((D - 1 - axis) as u32);
-            values = Some(along::<SIDE, { CELLS + 1 }>(input, inner, |c, k| {
-                c.at(k) * (1.0 / 6.0) + c.at(k + 1) * (4.0 / 6.0) + c.at(k + 2) * (1.0 / 6.0)
-            }));
+            values = Some(along::<SIDE, { CELLS + 1 }, 3>(
+                input,
+                inner,
+                |k| k,
+                |c, _| c[0] * (1.0 / 6.0) + c[1] * (4.0 / 6.0) + c[2] * (1.0 / 6.0),
+            ));
         }
         values.unwrap_or_default()
     }
 }
 
-/// Numbers that lie `inner` apart.
-struct Line<'a> {
-    from: &'a [f64],
-    inner: usize,
-}
-
-impl Line<'_> {
-    #[inline(always)]
-    fn at(&self, m: usize) -> f64 {
-        self.from[m * self.inner]
-    }
-}
-
-/// Replaces lines of `FROM` numbers, `inner` apart, by lines of `TO`; entry `k` is made of the line's numbers.
+/// Replaces lines of `FROM` numbers, `inner` apart, by lines of `TO`: entry `k` is made of `TAPS` numbers (as far as there are
+/// so many) from `first(k)` on.
 #[inline(always)]
-fn along<const FROM: usize, const TO: usize>(
+fn along<const FROM: usize, const TO: usize, const TAPS: usize>(
     input: &[f64],
     inner: usize,
-    entry: impl Fn(Line<'_>, usize) -> f64,
+    first: impl Fn(usize) -> usize,
+    entry: impl Fn([f64; TAPS], usize) -> f64,
 ) -> Vec<f64> {
-    let mut output = Vec::with_capacity(input.len() / FROM * TO);
-    for slab in input.chunks_exact(FROM * inner) {
-        for k in 0..TO {
-            output.extend((0..inner).map(|i| entry(Line { from: &slab[i..], inner }, k)));
+    let mut output = vec![0.0; input.len() / FROM * TO];
+    let tap = |k: usize, t: usize| (first(k) + t).min(FROM - 1);
+    for (slab, out) in input.chunks_exact(FROM * inner).zip(output.chunks_exact_mut(TO * inner)) {
+        if inner == 1 {
+            for (k, out) in out.iter_mut().enumerate() {
+                *out = entry(std::array::from_fn(|t| slab[tap(k, t)]), k);
+            }
+            continue;
+        }
+        for (k, out) in out.chunks_exact_mut(inner).enumerate() {
+            let lines: [&[f64]; TAPS] = std::array::from_fn(|t| &slab[tap(k, t) * inner..][..inner]);
+            for (i, out) in out.iter_mut().enumerate() {
+                *out = entry(lines.map(|line| line[i]), k);
+            }
         }
     }
     output

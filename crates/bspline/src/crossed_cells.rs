@@ -211,6 +211,10 @@ impl<'a, const D: usize> Descent<'a, D> {
         let room = spread_extent::<D>(std::array::from_fn(|axis| extent[axis] - start[axis])).map(|n| n as usize);
         let inside_extent = block_mask::within(room);
         let at_face = (0..D).any(|axis| start[axis] == 0 || start[axis] + SIDE as u32 >= extent[axis]);
+        let (lower, upper) = window.range();
+        if !is_crossed(lower, upper, at_face) {
+            return [0; SIDE];
+        }
         let (lower, upper) = window.bounds();
         let mut mask = [0; SIDE];
         for place in 0..IndexSet::<D>::BLOCK {

@@ -131,6 +131,23 @@ proptest! {
     }
 
     #[test]
+    fn zeros_on_nodes_and_strong_contrasts_leave_no_hole(
+        points in points::<3>(5), seed in 0u64..1000, contrast in 0usize..3,
+    ) {
+        // Coefficients of −1, 0 and 1, and corrections that are as large or far larger: zeros fall on nodes or next to them.
+        let mut spline = random([6, 7, 5], 0.0, seed, &points);
+        let rounded = |c: &f64| (1.5 * c).round();
+        let root = spline.root().as_flat().iter().map(rounded).collect();
+        let root = Spline::from_flat(spline.root().knots().clone(), root).unwrap();
+        let factor = [1.0, 1e9, 1e-9][contrast];
+        let corrections = |c: &[f64]| c.iter().map(|c| factor * rounded(c)).collect();
+        let levels = spline.levels().iter().map(|level| (Arc::clone(level.active()), corrections(level.corrections())));
+        spline = HierarchicalSpline::with_levels(root, levels.collect::<Vec<_>>()).unwrap();
+        let (mesh, _) = surface_of(&spline, 1, &Options::default()).unwrap();
+        prop_assert!(mesh.topology().closed);
+    }
+
+    #[test]
     fn splines_without_levels_may_be_any(degree in 1usize..=5, seed in 0u64..1000, halvings in 0usize..3, clamped: bool) {
         let axis = |n: usize| {
             if clamped {
