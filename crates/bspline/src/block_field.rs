@@ -33,6 +33,10 @@ impl<const D: usize> BlockField<D> {
         &self.values
     }
 
+    pub(crate) fn blocks_mut(&mut self) -> &mut [f64] {
+        &mut self.values
+    }
+
     /// Replaces every block by what `fill` writes into it; places without a member are set to zero afterwards.
     pub fn fill_blocks(&mut self, fill: impl Fn(usize, &mut [f64]) + Sync) {
         let set = &self.set;

@@ -75,6 +75,20 @@ impl<const D: usize> IndexSet<D> {
         Self::from_blocks(room, blocks.into_iter())
     }
 
+    /// The lattice with its cells halved along every axis: all children `2k` and `2k + 1` of the members.
+    pub(crate) fn children(&self) -> Self {
+        let mut blocks = Vec::with_capacity(self.blocks.len() << D);
+        for (block, mask) in self.blocks.iter().zip(&self.masks) {
+            for corner in 0..1usize << D {
+                let half = [corner >> 2, corner >> 1 & 1, corner & 1];
+                let child = std::array::from_fn(|axis| 2 * block[axis] + half[axis] as u32);
+                blocks.push((child, block_mask::children(mask, half, Self::DEPTH)));
+            }
+        }
+        blocks.par_sort_unstable_by_key(|(block, _)| *block);
+        Self::from_blocks(self.extent().map(|n| 2 * n), blocks.into_iter())
+    }
+
     /// The members whose parents `k / 2` are members of `coarse`.
     pub fn with_parents_in(&self, coarse: &Self) -> Self {
         let keep = |(block, mask): (&[u32; 3], &Mask)| {

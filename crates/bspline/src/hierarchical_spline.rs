@@ -58,7 +58,9 @@ pub enum HierarchyError {
     Spline(#[from] SplineError),
 }
 
-/// `f = f₀ + Σ_j Σ_k δ_{j,k} B_{j,k}`: a dense cubic spline with corrections on ever finer lattices.
+/// `f = f₀ + Σ_j Σ_k δ_{j,k} B_{j,k}`: a dense spline with corrections on ever finer lattices.
+///
+/// A spline with levels is cubic on uniform knots; without levels it may be any [`Spline`].
 ///
 /// Level `j` has the knots of `f₀` halved `j` times and a set of active functions; its cells Ω_j are those in their supports,
 /// and lie within Ω_{j−1}. As every term is a B-spline of the whole lattice, f is twice continuously differentiable
@@ -159,12 +161,11 @@ impl<const D: usize> Level<D> {
 }
 
 impl<const D: usize> HierarchicalSpline<D> {
-    /// A dense spline without finer levels.
+    /// A dense spline, of any degree and on any knots, without finer levels.
     ///
     /// # Errors
-    /// If its knots are not cubic and uniform.
+    /// None at present: knots that admit no levels are refused by [`HierarchicalSpline::push_level`].
     pub fn new(root: Spline<D>) -> Result<Self, HierarchyError> {
-        check_uniform(root.knots())?;
         Ok(Self { root, levels: vec![] })
     }
 
@@ -187,9 +188,12 @@ impl<const D: usize> HierarchicalSpline<D> {
     /// Adds a finer level whose coefficients are zero: the function remains the same, up to rounding.
     ///
     /// # Errors
-    /// A set of another extent, supports that leave the box or the cells of the finest level, cells that are too small.
+    /// A dense spline that is not a uniform cubic, a set of another extent, supports that leave the box or the cells of the finest level, cells that are too small.
     pub fn push_level(&mut self, active: Arc<IndexSet<D>>) -> Result<(), HierarchyError> {
         let level = self.levels.len() + 1;
+        if level == 1 {
+            check_uniform(self.root.knots())?;
+        }
         let knots = halved(self.knots_of(level - 1), level)?;
         let cells = supports_within(&active, &knots, level)?;
         if let Some(outer) = self.levels.last() {
@@ -295,8 +299,12 @@ impl<const D: usize> HierarchicalSpline<D> {
         }
     }
 
-    /// The finest level whose cells hold a point, and the point's cell there; none outside the box.
+    /// The finest level whose cells hold a point, and the point's cell there (if there are levels); none outside the box.
     pub(crate) fn locate(&self, x: &[f64; D]) -> Option<(usize, [u32; D])> {
+        if self.levels.is_empty() {
+            // Its knots may be any, and nobody needs the cell.
+            return self.root.contains(x).then_some((0, [0; D]));
+        }
         let finest = self.levels.len();
         let knots = self.knots_of(finest);
         let mut cell = [0; D];

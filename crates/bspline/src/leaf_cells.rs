@@ -24,6 +24,15 @@ impl<const D: usize> HierarchicalSpline<D> {
     /// its children are cells of their own. Bounds are the smallest and the largest of the coefficients that act on the
     /// cell, at the cell's own size.
     pub fn leaf_cells(&self, keep: impl Fn(&LeafCell<D>) -> bool + Sync) -> Vec<LeafCell<D>> {
+        if self.levels().is_empty() {
+            // Its knots may be any.
+            let bounds = self.root().cell_bounds();
+            let leaf = |((index, lower), upper): ((ndarray::IxDyn, &f64), &f64)| {
+                let index = std::array::from_fn(|axis| index[axis] as u32);
+                LeafCell { level: 0, index, lower: *lower, upper: *upper }
+            };
+            return bounds.lower.indexed_iter().zip(&bounds.upper).map(leaf).filter(keep).collect();
+        }
         let cells = self.root().shape().map(|n| n as u32 - 3);
         self.leaves_in([0; D], cells, &keep)
     }
@@ -31,6 +40,9 @@ impl<const D: usize> HierarchicalSpline<D> {
     /// Bounds of f over the part of the box between two corners: the values there lie between them. None where that part
     /// is empty.
     pub fn bounds(&self, lower: &[f64; D], upper: &[f64; D]) -> Option<(f64, f64)> {
+        if self.levels().is_empty() {
+            return self.root().bounds(lower, upper);
+        }
         let (start, end) = self.domain();
         let finest = self.levels().len();
         let knots = self.knots_of(finest);

@@ -10,8 +10,9 @@
 //! gradient, Hessian) at points and on lattices, refines them exactly, bounds them per cell, and gives the quadratic
 //! form of their thin-plate energy, equation (3).
 //!
-//! [`HierarchicalSpline`] adds finer levels to a cubic spline where they are needed, so that its cost grows with the area of
-//! a surface and not with the volume around it. [`Implicit`] is what both have in common.
+//! [`HierarchicalSpline`] adds finer levels to a uniform cubic spline where they are needed, so that its cost grows with the area of
+//! a surface and not with the volume around it; [`HierarchicalSpline::crossed_cells`] finds where the zero set can be, at that
+//! cost too. [`Implicit`] is what both have in common.
 //!
 //! ```
 //! use ndarray::ArrayD;
@@ -54,7 +55,8 @@
 //! ```
 //!
 //! **Guaranteed.** Evaluation is exact up to rounding; refinement and knot insertion change the representation and not
-//! the function; the energy is integrated exactly; parallel results do not depend on the number of threads.
+//! the function; the energy is integrated exactly; a cell that [`HierarchicalSpline::crossed_cells`] leaves out has one sign,
+//! at its corners also as rounded; parallel results do not depend on the number of threads.
 //!
 //! **Not here.** Rational splines, extrapolation (outside the box the value is NaN, and counted), and fitting, which is
 //! the work of the crates above.
@@ -67,7 +69,9 @@ mod block_field;
 mod block_mask;
 mod bounds;
 mod cell_band;
+mod coefficient_window;
 mod collocation;
+mod crossed_cells;
 mod dilation;
 mod energy;
 mod evaluation;
@@ -91,6 +95,7 @@ pub use block_field::BlockField;
 pub use bounds::CellBounds;
 pub use cell_band::{BandError, CellBand, levels_for_spacing};
 pub use collocation::{Collocation, CollocationError};
+pub use crossed_cells::CrossedCells;
 pub use energy::{DerivativeEnergy, EnergyError};
 pub use evaluation::{Derivatives, Evaluation};
 pub use gram::BandedMatrix;

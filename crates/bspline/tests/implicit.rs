@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 use std::sync::Arc;
 use zeroset_bspline::{
-    CellBand, Derivatives, HierarchicalSpline, HierarchyError, Implicit, IndexSet, KnotVector, Spline,
+    BandError, CellBand, Derivatives, HierarchicalSpline, HierarchyError, Implicit, IndexSet, KnotVector, Spline,
 };
 
 /// Numbers between −1 and 1 that look random.
@@ -155,6 +155,9 @@ fn dense_splines_conform() {
 #[test]
 fn hierarchical_splines_conform() {
     conforms(&HierarchicalSpline::new(root::<2>(3)).unwrap(), 0.25);
+    let knots = KnotVector::clamped(4, &[-0.5, 0.0, 0.3, 1.1, 1.5, 2.0]).unwrap();
+    let clamped = Spline::from_flat([knots.clone(), knots], scattered(81, 6)).unwrap();
+    conforms(&HierarchicalSpline::new(clamped).unwrap(), 0.1);
     conforms(&hierarchy::<2>(4, 0.5), 0.25 / 8.0);
     conforms(&hierarchy::<3>(5, 0.5), 0.25 / 8.0);
 }
@@ -243,6 +246,16 @@ fn twice_continuously_differentiable_across_the_faces_of_levels() {
 
 #[test]
 fn levels_that_do_not_fit_are_refused() {
+    let knots = KnotVector::uniform(2, 0.0, 1.0, 6).unwrap();
+    let flat = Spline::from_flat([knots.clone(), knots], vec![1.0; 64]).unwrap();
+    let mut quadratic = HierarchicalSpline::new(flat).unwrap();
+    assert_eq!(
+        quadratic.push_level(Arc::new(IndexSet::new([14, 14], &[]))).unwrap_err(),
+        HierarchyError::Band(BandError::Degree { axis: 0, degree: 2 })
+    );
+    let leaves = quadratic.leaf_cells(|_| true);
+    assert!(leaves.len() == 36 && leaves.iter().all(|leaf| (leaf.level, leaf.lower, leaf.upper) == (0, 1.0, 1.0)));
+    assert_eq!(leaves[7].index, [1, 1]);
     let mut spline = HierarchicalSpline::new(root::<2>(40)).unwrap();
     let functions = |n: u32, indices: &[[u32; 2]]| Arc::new(IndexSet::new([n + 3, n / 3 * 2 + 3], indices));
     assert_eq!(

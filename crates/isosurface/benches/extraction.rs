@@ -1,10 +1,13 @@
-//! Extraction on 128³ samples of an analytic field, with and without the function, and on noise, where every cell is cut.
+//! Extraction on 128³ samples of an analytic field, with and without the function, and on noise, where every cell is cut; and
+//! of a torus with three band levels from the cells of a 256³ lattice that bounds do not rule out.
 
 use std::hint::black_box;
+use std::sync::Arc;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use ndarray::ArrayD;
-use zeroset_isosurface::{ImplicitFunction, LatticeSamples, Options, surface};
+use zeroset_bspline::{CellBand, HierarchicalSpline, KnotVector, Spline};
+use zeroset_isosurface::{ImplicitFunction, LatticeSamples, Options, surface, surface_of};
 
 const NODES: usize = 128;
 
@@ -26,6 +29,32 @@ fn axes(nodes: usize) -> [Vec<f64>; 3] {
     [axis.clone(), axis.clone(), axis]
 }
 
+/// The distance from a torus at the nodes of 32 cells per side as coefficients, and three levels around its surface.
+fn torus() -> HierarchicalSpline<3> {
+    let (big, small, cell) = (0.62f64, 0.3f64, 1.0 / 16.0);
+    let coefficients = (0..35 * 35 * 35).map(|flat| {
+        let [x, y, z] = [flat / (35 * 35), flat / 35 % 35, flat % 35].map(|k| -1.0 + cell * (f64::from(k) - 1.0));
+        (x.hypot(y) - big).hypot(z) - small
+    });
+    let knots = KnotVector::uniform(3, -1.0, cell, 32).expect("valid knots");
+    let knots = [knots.clone(), knots.clone(), knots];
+    let points: Vec<[f64; 3]> = (0..300 * 200)
+        .map(|i| {
+            let (u, v) = (f64::from(i / 200) / 300.0, f64::from(i % 200) / 200.0);
+            let ((su, cu), (sv, cv)) = ((std::f64::consts::TAU * u).sin_cos(), (std::f64::consts::TAU * v).sin_cos());
+            [(big + small * cv) * cu, (big + small * cv) * su, small * sv]
+        })
+        .collect();
+    let band = CellBand::new(&knots, &points, &vec![3; points.len()], 3).expect("points in the box");
+    let root = Spline::from_flat(knots, coefficients.collect()).expect("one coefficient per function");
+    let level = |active: &Arc<_>| {
+        let count = zeroset_bspline::IndexSet::<3>::len(active);
+        // Small, so that the surface stays where it is.
+        (Arc::clone(active), (0..count).map(|i| 1e-5 * ((i % 7) as f64 - 3.0)).collect())
+    };
+    HierarchicalSpline::with_levels(root, band.active().iter().map(level)).expect("levels that nest")
+}
+
 fn bench(criterion: &mut Criterion) {
     let gyroid = LatticeSamples::of(axes(NODES), &Gyroid).expect("a valid lattice");
     let mut state = 1u64;
@@ -44,6 +73,11 @@ fn bench(criterion: &mut Criterion) {
     group.bench_function("gyroid 128³, linear", |b| b.iter(|| surface(black_box(&gyroid), none, &options)));
     group.throughput(Throughput::Elements((NODES * NODES * NODES / 8) as u64));
     group.bench_function("noise 64³, linear", |b| b.iter(|| surface(black_box(&noise), none, &options)));
+    let torus = torus();
+    let cells = torus.crossed_cells(3).expect("a lattice that can be counted").cells.len();
+    group.throughput(Throughput::Elements(cells as u64));
+    group.bench_function("torus 256³, crossed cells", |b| b.iter(|| torus.crossed_cells(black_box(3))));
+    group.bench_function("torus 256³, from crossed cells", |b| b.iter(|| surface_of(black_box(&torus), 3, &options)));
     group.finish();
 }
 

@@ -2,6 +2,8 @@
 
 use std::collections::HashMap;
 
+use zeroset_bspline::HierarchicalSpline;
+
 use crate::cell::positives_joined;
 use crate::error::Error;
 use crate::function::ImplicitFunction;
@@ -26,7 +28,7 @@ pub fn curve(
     let mut next: HashMap<Edge, Edge> = HashMap::new();
     let mut starts = Vec::new();
     for i in 0..shape[0] - 1 {
-        for j in 0..shape[1] - 1 {
+        for j in samples.cells().row(i).iter().flat_map(|run| run.from as usize..run.to as usize) {
             // Counter-clockwise corners; side k runs from corner k to corner k + 1.
             let corners = [[i, j], [i + 1, j], [i + 1, j + 1], [i, j + 1]];
             let values = corners.map(|node| samples.value(&node));
@@ -77,6 +79,16 @@ pub fn curve(
         }
     }
     Ok((Curves { loops }, report))
+}
+
+/// Extracts the zero set of a spline from the cells of its dense lattice, halved as often as asked for (at least as often as
+/// there are levels): [`curve`] of [`LatticeSamples::crossed`]. The curves are those of samples on the whole lattice, at a cost
+/// that grows with their length.
+///
+/// # Errors
+/// If f is not negative at any node, or cells become too small or too many along an axis.
+pub fn curve_of(spline: &HierarchicalSpline<2>, halvings: u32, options: &Options) -> Result<(Curves, Report), Error> {
+    curve(&LatticeSamples::crossed(spline, halvings)?, Some(spline), options)
 }
 
 /// An edge of the lattice: its lower node and its axis.

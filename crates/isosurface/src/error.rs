@@ -1,6 +1,7 @@
 //! What can go wrong.
 
 use thiserror::Error;
+use zeroset_bspline::BandError;
 
 /// Why a zero set could not be extracted.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -30,6 +31,9 @@ pub enum Error {
     /// A sample is NaN or infinite.
     #[error("the sample at node {0:?} is not a finite number: does the lattice leave the function's box?")]
     NotFinite(Vec<usize>),
+    /// A spline's cells cannot be halved as often as asked for.
+    #[error(transparent)]
+    TooFine(#[from] BandError),
     /// No sample is negative, so nothing is inside.
     #[error(
         "no sample on the lattice is negative, so there is no zero set: is the inside f < 0, and does the lattice cover it?"

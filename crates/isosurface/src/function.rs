@@ -1,8 +1,10 @@
 //! Functions whose zero set is wanted.
 
-use zeroset_bspline::{HierarchicalSpline, Spline};
+use zeroset_bspline::Implicit;
 
 /// A continuous function with its gradient; NaN outside its domain.
+///
+/// Splines, dense or with levels, are such functions.
 pub trait ImplicitFunction<const D: usize>: Sync {
     /// `f(x)`.
     fn value(&self, x: &[f64; D]) -> f64 {
@@ -13,22 +15,12 @@ pub trait ImplicitFunction<const D: usize>: Sync {
     fn value_and_gradient(&self, x: &[f64; D]) -> (f64, [f64; D]);
 }
 
-impl<const D: usize> ImplicitFunction<D> for Spline<D> {
+impl<const D: usize, F: Implicit<D>> ImplicitFunction<D> for F {
     fn value(&self, x: &[f64; D]) -> f64 {
-        Spline::value(self, x)
+        Implicit::value(self, x)
     }
 
     fn value_and_gradient(&self, x: &[f64; D]) -> (f64, [f64; D]) {
-        Spline::value_and_gradient(self, x)
-    }
-}
-
-impl<const D: usize> ImplicitFunction<D> for HierarchicalSpline<D> {
-    fn value(&self, x: &[f64; D]) -> f64 {
-        HierarchicalSpline::value(self, x)
-    }
-
-    fn value_and_gradient(&self, x: &[f64; D]) -> (f64, [f64; D]) {
-        HierarchicalSpline::value_and_gradient(self, x)
+        Implicit::value_and_gradient(self, x)
     }
 }

@@ -27,6 +27,25 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
+//! A spline with levels has cells of many sizes. It is sampled on one lattice, the finest, but only in cells that the spline's
+//! bounds do not rule out:
+//!
+//! ```
+//! use ndarray::ArrayD;
+//! use zeroset_bspline::{HierarchicalSpline, KnotVector, Spline};
+//! use zeroset_isosurface::{LatticeSamples, Options, surface_of};
+//!
+//! let knots = KnotVector::uniform(3, -1.2, 0.15, 16)?;
+//! let at = |k: usize| -1.2 + 0.15 * (k as f64 - 1.0);
+//! let distance = |i: ndarray::IxDyn| at(i[0]).hypot(at(i[1])).hypot(at(i[2])) - 1.0;
+//! let root = Spline::new([knots.clone(), knots.clone(), knots], ArrayD::from_shape_fn(vec![19; 3], distance))?;
+//! let f = HierarchicalSpline::new(root)?;
+//! // Cells halved three times: 128 along each side, of which less than a tenth are looked at.
+//! let (mesh, report) = surface_of(&f, 3, &Options::default())?;
+//! assert!(mesh.topology().closed && report.cells > 50_000);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! **Sign.** f < 0 inside, f ≥ 0 outside; triangles are counter-clockwise seen from outside, and polylines have the inside
 //! on their left.
 //!
@@ -39,6 +58,8 @@
 //! * With a function, vertices on f = 0 to [`Options::tolerance`], as [`Report::unreached`] confirms. They keep a millionth
 //!   of an edge away from the nodes, so that none fall together.
 //! * Where the zero set would leave the lattice it is capped a thousandth of a cell outside, and [`Report::capped`] says so.
+//! * [`surface_of`], [`curve_of`] and [`LatticeSamples::crossed`] leave out no cell that the zero set on the whole lattice
+//!   passes through: the mesh is closed, and the whole lattice's up to rounding, at a cost that grows with its area.
 //! * The same bytes for any number of threads.
 //!
 //! **Not guaranteed.**
@@ -58,15 +79,16 @@ mod mesh;
 mod options;
 mod polylines;
 mod root;
+mod runs;
 mod samples;
 mod surface;
 mod union_find;
 
-pub use curve::curve;
+pub use curve::{curve, curve_of};
 pub use error::Error;
 pub use function::ImplicitFunction;
 pub use mesh::{Topology, TriMesh};
 pub use options::{Options, Report};
 pub use polylines::{CurveTopology, Curves};
 pub use samples::LatticeSamples;
-pub use surface::surface;
+pub use surface::{surface, surface_of};

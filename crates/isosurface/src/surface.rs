@@ -1,6 +1,7 @@
 //! From samples to a triangle mesh.
 
 use rayon::prelude::*;
+use zeroset_bspline::HierarchicalSpline;
 
 use crate::cell::{contour, edge_corners, loops};
 use crate::cell_mesh::CellMesh;
@@ -23,7 +24,11 @@ pub fn surface(
     function: Option<&impl ImplicitFunction<3>>,
     options: &Options,
 ) -> Result<(TriMesh, Report), Error> {
-    let grid = Grid::new(samples)?;
+    // The layer around the lattice is outside.
+    if samples.values().par_iter().all(|value| *value >= 0.0) {
+        return Err(Error::Empty);
+    }
+    let grid = Grid { samples, shape: samples.shape() };
     let layers: Vec<Vec<(usize, Vertex)>> =
         (0..grid.shape[0]).into_par_iter().map(|i| grid.cut_edges(i, function, options)).collect();
     let (keys, mut vertices): (Vec<usize>, Vec<Vertex>) = layers.into_iter().flatten().unzip();
@@ -52,6 +57,20 @@ pub fn surface(
     Ok((TriMesh { vertices, normals, triangles }, report))
 }
 
+/// Extracts the zero set of a spline from the cells of its dense lattice, halved as often as asked for (at least as often as
+/// there are levels): [`surface`] of [`LatticeSamples::crossed`]. The mesh is that of samples on the whole lattice, at a cost
+/// that grows with its area.
+///
+/// # Errors
+/// If f is not negative at any node, cells become too small or too many along an axis, or there are too many vertices.
+pub fn surface_of(
+    spline: &HierarchicalSpline<3>,
+    halvings: u32,
+    options: &Options,
+) -> Result<(TriMesh, Report), Error> {
+    surface(&LatticeSamples::crossed(spline, halvings)?, Some(spline), options)
+}
+
 /// Numbers above this are inner vertices of a layer, counted down from `u32::MAX` until their place is known.
 const INNER: u32 = u32::MAX / 2;
 
@@ -73,69 +92,73 @@ struct Part {
 struct Grid<'a> {
     samples: &'a LatticeSamples<3>,
     shape: [usize; 3],
-    /// Nodes with f < 0.
-    inside: Vec<bool>,
 }
 
-impl<'a> Grid<'a> {
-    fn new(samples: &'a LatticeSamples<3>) -> Result<Self, Error> {
-        let shape = samples.shape();
-        let inside: Vec<bool> = (0..shape[0] * shape[1])
-            .into_par_iter()
-            .flat_map_iter(|row| (0..shape[2]).map(move |k| samples.value(&[row / shape[1], row % shape[1], k]) < 0.0))
-            .collect();
-        // The layer around the lattice is outside.
-        if !inside.contains(&true) {
-            return Err(Error::Empty);
-        }
-        Ok(Self { samples, shape, inside })
+impl Grid<'_> {
+    /// A row of nodes along z.
+    fn row(&self, i: usize, j: usize) -> usize {
+        i * self.shape[1] + j
     }
 
-    fn flat(&self, node: &[usize; 3]) -> usize {
-        (node[0] * self.shape[1] + node[1]) * self.shape[2] + node[2]
-    }
-
-    /// The number of an edge, by its lower node and its axis.
-    fn key(&self, node: &[usize; 3], axis: usize) -> usize {
-        3 * self.flat(node) + axis
-    }
-
-    /// The zeros on the edges that begin in one layer of nodes, in ascending order of their keys.
+    /// The zeros on the edges that begin in one layer of nodes, in ascending order of their keys: an edge's key is three times
+    /// the number of its lower node, plus its axis.
     fn cut_edges(
         &self,
         i: usize,
         function: Option<&impl ImplicitFunction<3>>,
         options: &Options,
     ) -> Vec<(usize, Vertex)> {
-        let strides = [self.shape[1] * self.shape[2], self.shape[2], 1];
+        let (nodes, values) = (self.samples.nodes(), self.samples.values());
         let mut cut = Vec::new();
         for j in 0..self.shape[1] {
-            for k in 0..self.shape[2] {
-                let node = [i, j, k];
-                let flat = self.flat(&node);
-                let inside = self.inside[flat];
-                for axis in 0..3 {
-                    if node[axis] + 1 == self.shape[axis] || self.inside[flat + strides[axis]] == inside {
-                        continue;
+            let mut beside = [
+                (i + 1 < self.shape[0]).then(|| nodes.cursor(self.row(i + 1, j))),
+                (j + 1 < self.shape[1]).then(|| nodes.cursor(self.row(i, j + 1))),
+            ];
+            for run in nodes.row(self.row(i, j)) {
+                for k in run.from..run.to {
+                    let number = run.first + (k - run.from) as usize;
+                    let inside = values[number] < 0.0;
+                    for axis in 0..3 {
+                        let other = match axis {
+                            2 => (k + 1 < run.to).then_some(number + 1),
+                            _ => beside[axis].as_mut().and_then(|row| row.find(k)),
+                        };
+                        let Some(other) = other.filter(|other| (values[*other] < 0.0) != inside) else { continue };
+                        let node = [i, j, k as usize];
+                        let vertex = self.zero(node, axis, [values[number], values[other]], function, options);
+                        cut.push((3 * number + axis, vertex));
                     }
-                    let mut other = node;
-                    other[axis] += 1;
-                    let (within, without) = if inside { (node, other) } else { (other, node) };
-                    let ends = [within, without].map(|node| self.samples.position(&node));
-                    let capped = self.samples.is_outer(&without);
-                    let zero = if capped {
-                        // The middle of the short edge across the lattice's face.
-                        let position = std::array::from_fn(|axis| 0.5 * (ends[0][axis] + ends[1][axis]));
-                        Zero { position, reached: true }
-                    } else {
-                        let values = [within, without].map(|node| self.samples.value(&node));
-                        on_segment(function, &ends[0], &ends[1], values, options)
-                    };
-                    cut.push((self.key(&node, axis), Vertex { zero, capped }));
                 }
             }
         }
         cut
+    }
+
+    /// The zero on an edge, given the values at its ends.
+    fn zero(
+        &self,
+        node: [usize; 3],
+        axis: usize,
+        values: [f64; 2],
+        function: Option<&impl ImplicitFunction<3>>,
+        options: &Options,
+    ) -> Vertex {
+        let mut other = node;
+        other[axis] += 1;
+        let is_first = values[0] < 0.0;
+        let (within, without) = if is_first { (node, other) } else { (other, node) };
+        let ends = [within, without].map(|node| self.samples.position(&node));
+        let capped = self.samples.is_outer(&without);
+        let zero = if capped {
+            // The middle of the short edge across the lattice's face.
+            let position = std::array::from_fn(|axis| 0.5 * (ends[0][axis] + ends[1][axis]));
+            Zero { position, reached: true }
+        } else {
+            let values = if is_first { values } else { [values[1], values[0]] };
+            on_segment(function, &ends[0], &ends[1], values, options)
+        };
+        Vertex { zero, capped }
     }
 
     /// The triangles of one layer of cells.
@@ -149,53 +172,60 @@ impl<'a> Grid<'a> {
     ) -> Part {
         let mut part = Part::default();
         let mut mesh = CellMesh::default();
+        let (nodes, values_at) = (self.samples.nodes(), self.samples.values());
         // All edges of this layer's cells begin in these two layers of nodes.
-        let lowest = self.key(&[i, 0, 0], 0);
-        let beyond = self.key(&[i + 2, 0, 0], 0);
+        let lowest = 3 * nodes.before(self.row(i, 0));
+        let beyond = 3 * nodes.before(self.row(i + 2, 0));
         let first = keys.partition_point(|&key| key < lowest);
         let last = keys.partition_point(|&key| key < beyond);
         let mut vertex_of = vec![0u32; beyond - lowest];
         for (at, &key) in keys.iter().enumerate().take(last).skip(first) {
             vertex_of[key - lowest] = at as u32;
         }
-        let corner_steps: [usize; 8] = std::array::from_fn(|c| self.flat(&[c & 1, c >> 1 & 1, c >> 2]));
         for j in 0..self.shape[1] - 1 {
-            for k in 0..self.shape[2] - 1 {
-                let base = self.flat(&[i, j, k]);
-                let inside = self.inside[base];
-                if corner_steps.iter().all(|step| self.inside[base + step] == inside) {
-                    continue;
-                }
-                let corner = |c: usize| [i + (c & 1), j + (c >> 1 & 1), k + (c >> 2)];
-                let values: [f64; 8] = std::array::from_fn(|c| self.samples.value(&corner(c)));
-                let next = contour(&values);
-                let cycles = loops(&next);
-                let decision = interior(&values, &cycles);
-                part.report.cells += 1;
-                part.report.ambiguous += usize::from(matches!(decision, Interior::Tunnel(..)));
-                part.report.unclear += usize::from(decision == Interior::Unclear);
+            for run in self.samples.cells().row(i * (self.shape[1] - 1) + j) {
+                // The four rows of corners along the run.
+                let rows = [(i, j), (i + 1, j), (i, j + 1), (i + 1, j + 1)]
+                    .map(|(i, j)| nodes.find(self.row(i, j), run.from).expect("corners of cells are nodes"));
+                for k in run.from..run.to {
+                    let step = (k - run.from) as usize;
+                    let number = |c: usize| rows[c & 3] + step + (c >> 2);
+                    let values: [f64; 8] = std::array::from_fn(|c| values_at[number(c)]);
+                    let inside = values[0] < 0.0;
+                    if values.iter().all(|value| (*value < 0.0) == inside) {
+                        continue;
+                    }
+                    let corner = |c: usize| [i + (c & 1), j + (c >> 1 & 1), k as usize + (c >> 2)];
+                    let next = contour(&values);
+                    let cycles = loops(&next);
+                    let decision = interior(&values, &cycles);
+                    part.report.cells += 1;
+                    part.report.ambiguous += usize::from(matches!(decision, Interior::Tunnel(..)));
+                    part.report.unclear += usize::from(decision == Interior::Unclear);
 
-                let mut index = [0u32; 12];
-                let mut positions = [[0.0; 3]; 12];
-                for edge in (0..12).filter(|&edge| next[edge].is_some()) {
-                    let key = self.key(&corner(edge_corners(edge)[0]), edge / 4);
-                    index[edge] = vertex_of[key - lowest];
-                    positions[edge] = vertices[index[edge] as usize].zero.position;
+                    let mut index = [0u32; 12];
+                    let mut positions = [[0.0; 3]; 12];
+                    for edge in (0..12).filter(|&edge| next[edge].is_some()) {
+                        let key = 3 * number(edge_corners(edge)[0]) + edge / 4;
+                        index[edge] = vertex_of[key - lowest];
+                        positions[edge] = vertices[index[edge] as usize].zero.position;
+                    }
+                    mesh.clear();
+                    mesh.fill(&cycles, decision, &positions);
+                    let base = part.inner.len() as u32;
+                    let ends = [corner(0), corner(7)].map(|node| self.samples.position(&node));
+                    let capped = (0..8).any(|c| self.samples.is_outer(&corner(c)));
+                    part.inner.extend(mesh.inner.iter().map(|&start| {
+                        let zero = match function {
+                            Some(function) if !capped => near(function, start, &ends[0], &ends[1], options),
+                            _ => Zero { position: start, reached: true },
+                        };
+                        Vertex { zero, capped }
+                    }));
+                    let place =
+                        |v: u8| if v < 12 { index[usize::from(v)] } else { u32::MAX - (base + u32::from(v) - 12) };
+                    part.triangles.extend(mesh.triangles.iter().map(|triangle| triangle.map(place)));
                 }
-                mesh.clear();
-                mesh.fill(&cycles, decision, &positions);
-                let base = part.inner.len() as u32;
-                let ends = [corner(0), corner(7)].map(|node| self.samples.position(&node));
-                let capped = (0..8).any(|c| self.samples.is_outer(&corner(c)));
-                part.inner.extend(mesh.inner.iter().map(|&start| {
-                    let zero = match function {
-                        Some(function) if !capped => near(function, start, &ends[0], &ends[1], options),
-                        _ => Zero { position: start, reached: true },
-                    };
-                    Vertex { zero, capped }
-                }));
-                let place = |v: u8| if v < 12 { index[usize::from(v)] } else { u32::MAX - (base + u32::from(v) - 12) };
-                part.triangles.extend(mesh.triangles.iter().map(|triangle| triangle.map(place)));
             }
         }
         part
