@@ -21,7 +21,11 @@ impl<const D: usize> HierarchicalSpline<D> {
 
     /// `f(x)`; NaN outside the box.
     pub fn value(&self, x: &[f64; D]) -> f64 {
-        self.partial(x, [0; D])
+        match self.locate(x) {
+            None => f64::NAN,
+            Some((0, _)) => self.root().value(x),
+            Some(cell) => self.partial(cell, x, [0; D]),
+        }
     }
 
     /// `f(x)` and `∇f(x)`; all NaN outside the box.
@@ -73,8 +77,8 @@ impl<const D: usize> HierarchicalSpline<D> {
                 }
                 for (value, z) in out.iter_mut().zip(&axes[D - 1]) {
                     x[D - 1] = *z;
-                    if matches!(self.locate(&x), Some((level, _)) if level > 0) {
-                        *value = self.partial(&x, order);
+                    if let Some(cell @ (1.., _)) = self.locate(&x) {
+                        *value = self.partial(cell, &x, order);
                     }
                 }
             });
@@ -82,8 +86,8 @@ impl<const D: usize> HierarchicalSpline<D> {
         values
     }
 
-    fn partial(&self, x: &[f64; D], order: [usize; D]) -> f64 {
-        let Some(cell) = self.locate(x) else { return f64::NAN };
+    /// A partial derivative at a point in a cell of a level above 0.
+    fn partial(&self, cell: (usize, [u32; D]), x: &[f64; D], order: [usize; D]) -> f64 {
         let highest = order.iter().copied().max().unwrap_or(0).min(MAX_DERIVATIVE);
         let (coefficients, basis) = self.local(cell, x, highest);
         contract(&coefficients, &Place::new(&local_strides(), &basis), &weights(&basis, order))

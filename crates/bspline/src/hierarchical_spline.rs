@@ -126,10 +126,11 @@ impl<const D: usize> Level<D> {
 impl<const D: usize> HierarchicalSpline<D> {
     /// A dense spline without finer levels.
     ///
+    /// Any degree and any knots will do: only levels need cubic uniform ones.
+    ///
     /// # Errors
-    /// If its knots are not cubic and uniform.
+    /// None so far.
     pub fn new(root: Spline<D>) -> Result<Self, HierarchyError> {
-        check_uniform(root.knots())?;
         Ok(Self { root, levels: vec![] })
     }
 
@@ -149,13 +150,29 @@ impl<const D: usize> HierarchicalSpline<D> {
         Ok(spline)
     }
 
+    /// Basis functions along each axis of the level that comes next.
+    ///
+    /// # Errors
+    /// If the dense spline's knots are not cubic and uniform, or the cells would be too small.
+    pub fn next_extent(&self) -> Result<[u32; D], HierarchyError> {
+        Ok(function_extent(&self.next_knots()?))
+    }
+
+    fn next_knots(&self) -> Result<[KnotVector; D], HierarchyError> {
+        let level = self.levels.len();
+        if level == 0 {
+            check_uniform(self.root.knots())?;
+        }
+        Ok(halved(self.knots_of(level), level + 1)?)
+    }
+
     /// Adds a finer level whose coefficients are zero: the function remains the same, up to rounding.
     ///
     /// # Errors
-    /// A set of another extent, supports that leave the box or the cells of the finest level, cells that are too small.
+    /// A dense spline whose knots are not cubic and uniform, a set of another extent, supports that leave the box or the cells of the finest level, cells that are too small.
     pub fn push_level(&mut self, active: Arc<IndexSet<D>>) -> Result<(), HierarchyError> {
         let level = self.levels.len() + 1;
-        let knots = halved(self.knots_of(level - 1), level)?;
+        let knots = self.next_knots()?;
         let needed = function_extent(&knots);
         if active.extent() != needed {
             return Err(HierarchyError::Extent { level, found: active.extent().to_vec(), needed: needed.to_vec() });
@@ -272,6 +289,10 @@ impl<const D: usize> HierarchicalSpline<D> {
     /// The finest level whose cells hold a point, and the point's cell there; none outside the box.
     pub(crate) fn locate(&self, x: &[f64; D]) -> Option<(usize, [u32; D])> {
         let finest = self.levels.len();
+        if finest == 0 {
+            // The dense spline, of any degree, finds its cells by itself.
+            return self.root.contains(x).then_some((0, [0; D]));
+        }
         let knots = self.knots_of(finest);
         let mut cell = [0; D];
         for axis in 0..D {

@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use crate::hierarchical_spline::{HierarchicalSpline, LOCAL, WIDTH};
+use crate::spline::Spline;
 
 /// A cell on which the function is one polynomial.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,6 +25,9 @@ impl<const D: usize> HierarchicalSpline<D> {
     /// its children are cells of their own. Bounds are the smallest and the largest of the coefficients that act on the
     /// cell, at the cell's own size.
     pub fn leaf_cells(&self, keep: impl Fn(&LeafCell<D>) -> bool + Sync) -> Vec<LeafCell<D>> {
+        if self.levels().is_empty() {
+            return dense_cells(self.root(), keep);
+        }
         let cells = self.root().shape().map(|n| n as u32 - 3);
         self.leaves_in([0; D], cells, &keep)
     }
@@ -31,8 +35,11 @@ impl<const D: usize> HierarchicalSpline<D> {
     /// Bounds of f over the part of the box between two corners: the values there lie between them. None where that part
     /// is empty.
     pub fn bounds(&self, lower: &[f64; D], upper: &[f64; D]) -> Option<(f64, f64)> {
-        let (start, end) = self.domain();
         let finest = self.levels().len();
+        if finest == 0 {
+            return self.root().bounds(lower, upper);
+        }
+        let (start, end) = self.domain();
         let knots = self.knots_of(finest);
         let (mut first, mut last) = ([0; D], [0; D]);
         for axis in 0..D {
@@ -109,6 +116,18 @@ impl<const D: usize> HierarchicalSpline<D> {
             self.divide(level + 1, child(corner), &local, visit);
         }
     }
+}
+
+/// The cells of a dense spline, which may have any degree.
+fn dense_cells<const D: usize>(root: &Spline<D>, keep: impl Fn(&LeafCell<D>) -> bool) -> Vec<LeafCell<D>> {
+    let bounds = root.cell_bounds();
+    let cells = bounds.lower.indexed_iter().zip(&bounds.upper).map(|((index, lower), upper)| LeafCell {
+        level: 0,
+        index: std::array::from_fn(|axis| index[axis] as u32),
+        lower: *lower,
+        upper: *upper,
+    });
+    cells.filter(keep).collect()
 }
 
 /// The coefficients that act on the lower or the upper half of a cell along an axis with a given stride: two-scale relation.
