@@ -3,14 +3,16 @@
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
+use zeroset::bspline::HierarchicalSpline;
 use zeroset::isosurface::{CurveTopology, Curves, TriMesh};
 use zeroset::{ReconstructError, Reconstruction, extract_curve, extract_surface};
-use zeroset_io::{OutputKind, Points, SplineFile};
+use zeroset_io::{OutputKind, Points};
 
 use crate::Say;
 use crate::arguments::{Distance, Reconstruct, Topology};
 use crate::failure::Failure;
 use crate::points;
+use crate::spline_file::to_file;
 
 /// The report as it is written: the file, then what the library says.
 #[derive(Serialize)]
@@ -166,10 +168,8 @@ fn write_curves(path: &Path, curves: &Curves, points: &[[f64; 2]]) -> Result<(),
 fn write_function<const D: usize>(path: &Path, kind: OutputKind, result: &Reconstruction<D>) -> Result<(), Failure> {
     let (origin, spline) = result.in_data_units().map_err(Failure::internal)?;
     if kind == OutputKind::Spline {
-        let knots = spline.knots().iter().map(|knots| knots.knots().to_vec()).collect();
-        let degree = spline.knots()[0].degree();
-        let file = SplineFile::new(origin.to_vec(), knots, degree, spline.coefficients().clone());
-        return zeroset_io::write_spline(path, &file.map_err(Failure::internal)?).map_err(Failure::writing);
+        let spline = HierarchicalSpline::new(spline).map_err(Failure::internal)?;
+        return zeroset_io::write_spline(path, &to_file(origin, &spline)?).map_err(Failure::writing);
     }
     let nodes = result.domain.nodes(result.halvings);
     let values = result.spline.sample(&nodes, [0; D]) / result.frame.scale;

@@ -4,10 +4,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;
-use ndarray::{ArrayD, IxDyn, OwnedRepr};
+use ndarray::{Array2, ArrayD, IxDyn, OwnedRepr};
 use ndarray_npy::NpzReader;
 use serde_json::Value;
 use tempfile::TempDir;
+use zeroset_io::{SplineFile, SplineLevel};
 
 fn zeroset() -> Command {
     Command::new(assert_cmd::cargo::cargo_bin!("zeroset"))
@@ -222,4 +223,48 @@ fn points_without_a_surface_end_in_doubt() {
 
     command.arg("--accept-doubt").assert().success();
     assert!(path("curve.json").exists());
+}
+
+#[test]
+fn a_reader_that_has_had_enough_is_no_error() {
+    let (folder, points) = folder();
+    let spline = folder.path().join("f.npz");
+    // The reading end is closed before the program starts.
+    let closed = || std::io::pipe().unwrap().1;
+    let mut command = std::process::Command::new(assert_cmd::cargo::cargo_bin!("zeroset"));
+    command.arg("reconstruct").arg(&points).arg("-o").arg(&spline).stderr(closed());
+    assert_eq!(command.status().unwrap().code(), Some(0));
+    for file in [&points, &spline] {
+        let mut command = std::process::Command::new(assert_cmd::cargo::cargo_bin!("zeroset"));
+        let run = command.arg("info").arg(file).stdout(closed()).stderr(std::process::Stdio::piped()).output().unwrap();
+        assert_eq!((run.status.code(), String::from_utf8_lossy(&run.stderr).as_ref()), (Some(0), ""));
+    }
+    let mut command = std::process::Command::new(assert_cmd::cargo::cargo_bin!("zeroset"));
+    let missing = command.arg("info").arg(folder.path().join("none.xy")).stderr(closed()).status().unwrap();
+    assert_eq!(missing.code(), Some(3), "the exit code still tells");
+}
+
+#[test]
+fn functions_with_levels_are_described_and_evaluated() {
+    let folder = TempDir::new().unwrap();
+    let (spline, table, queries) =
+        (folder.path().join("f.npz"), folder.path().join("values.csv"), folder.path().join("queries.xy"));
+    // 1 on the whole, and 2 more where all functions of a level act: on the middle cells 4 to 6 of 0 to 9.
+    let knots: Vec<f64> = (0..12).map(|k| f64::from(k) - 3.0).collect();
+    let root = SplineFile::new(vec![10.0, 20.0], vec![knots.clone(), knots], 3, ArrayD::ones(vec![8, 8])).unwrap();
+    let index = Array2::from_shape_fn((36, 2), |(n, axis)| 4 + [n / 6, n % 6][axis] as i32);
+    let file = root.with_levels(vec![SplineLevel { index, coefficients: vec![2.0; 36] }]).unwrap();
+    zeroset_io::write_spline(&spline, &file).unwrap();
+    fs::write(&queries, "12.5 22.5\n10.1 20.1\n").unwrap();
+    zeroset().args(["-q", "eval"]).arg(&spline).arg(&queries).arg("-o").arg(&table).assert().success();
+    let text = fs::read_to_string(&table).unwrap();
+    let values: Vec<f64> = text.lines().skip(1).map(|line| line.split(',').nth(2).unwrap().parse().unwrap()).collect();
+    // Rounding of a sum of sixteen products.
+    assert!((values[0] - 3.0).abs() < 1e-14 && (values[1] - 1.0).abs() < 1e-14, "{text}");
+    let run = zeroset().arg("info").arg(&spline).assert().success();
+    let text = String::from_utf8(run.get_output().stdout.clone()).unwrap();
+    assert!(text.contains("x: 10 to 15\n") && text.contains("control coefficients: 8 × 8\n"), "{text}");
+    assert!(text.contains("levels: 1 on top of the dense one, whose cells have sides 1 × 1\n"), "{text}");
+    assert!(text.contains("level 1: 36 active functions, cells of sides 0.5 × 0.5\n"), "{text}");
+    assert!(text.contains("coefficients of all levels: 100\n") && text.contains("0 may contain"), "{text}");
 }
