@@ -3,10 +3,14 @@
 mod arguments;
 mod eval;
 mod failure;
+mod field;
 mod info;
+mod lattice;
+mod mesh;
 mod points;
 mod reconstruct;
 mod spline_file;
+mod zero_set;
 
 use std::io::Write;
 use std::process::ExitCode;
@@ -47,6 +51,8 @@ fn run(arguments: &Arguments) -> Result<(), Failure> {
     match &arguments.command {
         Command::Reconstruct(arguments) => reconstruct::run(arguments, say),
         Command::Eval(arguments) => eval::run(arguments, say),
+        Command::Mesh(arguments) => mesh::run(arguments, say),
+        Command::Field(arguments) => field::run(arguments, say),
         Command::Info(arguments) => info::run(arguments),
     }
 }

@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 use zeroset::bspline::HierarchicalSpline;
-use zeroset::isosurface::{CurveTopology, Curves, TriMesh};
 use zeroset::{ReconstructError, Reconstruction, extract_curve, extract_surface};
 use zeroset_io::{OutputKind, Points};
 
@@ -13,6 +12,7 @@ use crate::arguments::{Distance, Reconstruct, Topology};
 use crate::failure::Failure;
 use crate::points;
 use crate::spline_file::to_file;
+use crate::zero_set::{describe_curve, describe_surface, write_curves, write_mesh};
 
 /// The report as it is written: the file, then what the library says.
 #[derive(Serialize)]
@@ -59,14 +59,7 @@ pub fn run(arguments: &Reconstruct, say: Say) -> Result<(), Failure> {
             let mut result = zeroset::reconstruct(&set.points, &options).map_err(|e| refused(arguments, e))?;
             let (mesh, topology) = extract_surface(&mut result).map_err(|e| refused(arguments, e))?;
             trusted(arguments, &result)?;
-            say.line(format_args!(
-                "surface: {} of genus {}, {}, volume {:.6}, area {:.6}",
-                count(topology.components, "component"),
-                topology.genus,
-                if topology.closed { "closed" } else { "NOT closed" },
-                mesh.enclosed_volume(),
-                mesh.area()
-            ));
+            say.line(describe_surface(&mesh, &topology));
             for (path, kind) in &kinds {
                 if *kind == OutputKind::Mesh {
                     write_mesh(path, &mesh)?;
@@ -134,34 +127,6 @@ fn refused(arguments: &Reconstruct, error: ReconstructError) -> Failure {
         error if error.is_input() => Failure::input(format!("{}: {error}", arguments.points.display())),
         error => Failure::internal(format!("{}: {error}", arguments.points.display())),
     }
-}
-
-fn describe_curve(topology: &CurveTopology) -> String {
-    format!(
-        "curve: {} and {}, area {:.6}, length {:.6}",
-        count(topology.parts, "part"),
-        count(topology.holes, "hole"),
-        topology.area,
-        topology.length
-    )
-}
-
-fn count(number: usize, thing: &str) -> String {
-    format!("{number} {thing}{}", if number == 1 { "" } else { "s" })
-}
-
-fn write_mesh(path: &Path, mesh: &TriMesh) -> Result<(), Failure> {
-    let mesh = zeroset_io::TriMesh {
-        vertices: &mesh.vertices,
-        normals: &mesh.normals,
-        triangles: &mesh.triangles,
-        ..Default::default()
-    };
-    zeroset_io::write_mesh(path, &mesh).map_err(Failure::writing)
-}
-
-fn write_curves(path: &Path, curves: &Curves, points: &[[f64; 2]]) -> Result<(), Failure> {
-    zeroset_io::write_curves(path, &zeroset_io::Curves { curves: &curves.loops, points }).map_err(Failure::writing)
 }
 
 /// The spline itself, or its values on the final lattice, in the data's unit.

@@ -106,15 +106,82 @@ fn a_surface_becomes_a_mesh() {
     let mut command = zeroset();
     command.arg("reconstruct").arg(fixture("double_torus.ply")).args(["--resolution", "24", "--no-refine"]);
     command.arg("-o").arg(path("a.ply")).arg("-o").arg(path("a.obj")).arg("-o").arg(path("a.exr"));
-    command.arg("-o").arg(path("a.stl")).arg("-o").arg(path("a.glb")).assert().success();
+    command.arg("-o").arg(path("a.stl")).arg("-o").arg(path("a.glb")).arg("-o").arg(path("a.npz")).assert().success();
+    let mut again = zeroset();
+    again.arg("mesh").arg(path("a.npz")).args(["--resolution", "41", "-o"]).arg(path("b.obj"));
+    again.arg("-o").arg(path("b.stl")).assert().success();
+    assert_eq!(euler_characteristic(&path("b.obj")), -2, "the same genus on another lattice");
     assert!(fs::read(path("a.ply")).unwrap().starts_with(b"ply\n"));
     let text = fs::read_to_string(path("a.obj")).unwrap();
-    let (vertices, faces) =
-        (text.lines().filter(|l| l.starts_with("v ")).count(), text.lines().filter(|l| l.starts_with("f ")).count());
+    let faces = text.lines().filter(|l| l.starts_with("f ")).count();
     assert_eq!(fs::read(path("a.stl")).unwrap().len(), 84 + 50 * faces);
     assert!(fs::read(path("a.glb")).unwrap().starts_with(b"glTF"));
-    // V − E + T = −2 for genus 2, and 2 E = 3 T.
-    assert_eq!(vertices as i64 - faces as i64 / 2, -2);
+    assert_eq!(euler_characteristic(&path("a.obj")), -2, "genus 2");
+}
+
+/// V − E + T of a closed mesh, where 2 E = 3 T.
+fn euler_characteristic(path: &Path) -> i64 {
+    let text = fs::read_to_string(path).unwrap();
+    let count = |start: &str| text.lines().filter(|line| line.starts_with(start)).count() as i64;
+    count("v ") - count("f ") / 2
+}
+
+#[test]
+fn a_saved_curve_is_extracted_and_sampled_again() {
+    let (folder, points) = folder();
+    let path = |name: &str| folder.path().join(name);
+    zeroset().args(["-q", "reconstruct"]).arg(&points).arg("-o").arg(path("f.npz")).assert().success();
+    let radii = |arguments: &[&str]| {
+        let mut command = zeroset();
+        command.args(["-q", "mesh"]).arg(path("f.npz")).args(arguments).arg("-o").arg(path("c.json"));
+        command.assert().success().stderr("");
+        let curves: Value = serde_json::from_slice(&fs::read(path("c.json")).unwrap()).unwrap();
+        let loops: Vec<Vec<[f64; 2]>> = serde_json::from_value(curves["curves"].clone()).unwrap();
+        assert_eq!(loops.len(), 1);
+        loops[0].iter().map(|p| p[0].hypot(p[1])).collect::<Vec<_>>()
+    };
+    // As far as the spline of the reconstruction itself.
+    let (coarse, fine) = (radii(&["--resolution", "20"]), radii(&["--resolution", "200"]));
+    assert!(coarse.iter().chain(&fine).all(|r| (r - 1.0).abs() < 1e-3));
+    assert!(fine.len() > 8 * coarse.len());
+    // Near the curve f is close to the distance: to a tenth of it.
+    assert!(radii(&["--iso", "0.05"]).iter().all(|r| (r - 1.05).abs() < 5e-3));
+    assert!(radii(&["--iso", "-0.05"]).iter().all(|r| (r - 0.95).abs() < 5e-3));
+
+    let mut command = zeroset();
+    command.arg("field").arg(path("f.npz")).args(["--spacing", "0.125"]);
+    command.arg("-o").arg(path("v.npz")).arg("-o").arg(path("v.vti")).assert().success();
+    let mut archive = NpzReader::new(fs::File::open(path("v.npz")).unwrap()).unwrap();
+    let [values, origin, spacing] =
+        ["values", "origin", "spacing"].map(|name| archive.by_name::<OwnedRepr<f64>, IxDyn>(name).unwrap());
+    assert_eq!(spacing.as_slice(), Some(&[0.125; 2][..]));
+    for (index, f) in values.indexed_iter() {
+        let r = (0..2).map(|a| (origin[a] + index[a] as f64 * 0.125).powi(2)).sum::<f64>().sqrt();
+        // Nodes this near to the curve may lie on either side of it.
+        assert!((r - 1.0).abs() < 1e-3 || (*f < 0.0) == (r < 1.0), "{f} at {r}");
+    }
+    let mut command = zeroset();
+    command.arg("field").arg(path("f.npz")).args(["--cells", "10", "-o"]).arg(path("v.npy")).assert().success();
+    let coarse: ArrayD<f64> = ndarray_npy::read_npy(path("v.npy")).unwrap();
+    assert_eq!(coarse.shape().iter().max(), Some(&11));
+    assert!(coarse.iter().all(|f| f.is_finite()), "the nodes lie in the box");
+
+    let refused = |code: i32, arguments: &[&str], output: &str, part: &str| {
+        let run =
+            zeroset().arg(arguments[0]).arg(path("f.npz")).args(&arguments[1..]).arg("-o").arg(path(output)).assert();
+        let text = String::from_utf8(run.code(code).get_output().stderr.clone()).unwrap();
+        assert!(text.contains(part), "{text}");
+    };
+    refused(3, &["mesh", "--iso", "-9"], "d.json", "f = -9: no sample");
+    refused(2, &["mesh", "--iso", "nan"], "d.json", "a finite number");
+    refused(2, &["mesh", "--resolution", "1"], "d.json", "between 2 and 4096");
+    refused(2, &["mesh"], "d.ply", "known: .svg");
+    refused(2, &["mesh"], "d.npy", "no mesh and no curve");
+    refused(2, &["field"], "d.ply", "known: .npy");
+    refused(2, &["field", "--cells", "0"], "d.npy", "at least one cell");
+    refused(2, &["field", "--spacing", "0"], "d.npy", "a positive length");
+    refused(2, &["field", "--spacing", "1e-300"], "d.npy", "too large");
+    refused(2, &["field", "--spacing", "1", "--cells", "2"], "d.npy", "cannot be used with");
 }
 
 #[test]
@@ -261,6 +328,11 @@ fn functions_with_levels_are_described_and_evaluated() {
     let values: Vec<f64> = text.lines().skip(1).map(|line| line.split(',').nth(2).unwrap().parse().unwrap()).collect();
     // Rounding of a sum of sixteen products.
     assert!((values[0] - 3.0).abs() < 1e-14 && (values[1] - 1.0).abs() < 1e-14, "{text}");
+    let mut command = zeroset();
+    command.arg("mesh").arg(&spline).args(["--iso", "2.5", "-o"]).arg(folder.path().join("hill.svg"));
+    let run = command.assert().success();
+    let text = String::from_utf8(run.get_output().stderr.clone()).unwrap();
+    assert!(text.contains("curve: 1 part and 1 hole") && text.contains("leaves the function's box"), "{text}");
     let run = zeroset().arg("info").arg(&spline).assert().success();
     let text = String::from_utf8(run.get_output().stdout.clone()).unwrap();
     assert!(text.contains("x: 10 to 15\n") && text.contains("control coefficients: 8 × 8\n"), "{text}");
