@@ -152,7 +152,9 @@ pub fn write_spline(path: impl AsRef<Path>, spline: &SplineFile) -> Result<(), W
         if !spline.levels.is_empty() {
             npz.add_array("levels", &arr0(spline.levels.len() as i64)).map_err(io::Error::other)?;
         }
-        let compressed = SimpleFileOptions::default().compression_method(CompressionMethod::Deflated);
+        // Higher levels take three times as long for the same size.
+        let compressed =
+            SimpleFileOptions::default().compression_method(CompressionMethod::Deflated).compression_level(Some(3));
         for (k, level) in (1..).zip(&spline.levels) {
             let [index, coefficients] = spline_level::entries(k);
             npz.add_array_with_options(index, &level.index, compressed).map_err(io::Error::other)?;
