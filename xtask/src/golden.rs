@@ -3,6 +3,7 @@
 mod archive;
 mod distances;
 mod fits;
+mod saved_splines;
 mod sign;
 mod splines;
 mod zero_sets;
@@ -11,7 +12,6 @@ use std::path::Path;
 use std::process::Command;
 
 use anyhow::{Context, Result, bail};
-use zeroset_io::Points;
 
 /// One comparison: what was compared, the figure found, and the limit that it must keep.
 pub struct Check {
@@ -78,38 +78,8 @@ pub fn regenerate(root: &Path) -> Result<()> {
     for script in ["make_fixtures.py", "make_golden.py"] {
         run(Command::new(&python).arg("-B").arg(folder.join(script)))?;
     }
-    check_saved_splines(root, &python)?;
+    saved_splines::check(root, &python)?;
     check(root)
-}
-
-/// SciPy evaluates what the program saves, at map coordinates too.
-fn check_saved_splines(root: &Path, python: &Path) -> Result<()> {
-    let folder = root.join("target/golden-npz");
-    std::fs::create_dir_all(&folder)?;
-    for (name, offset) in [("annulus_offset.xy", 0.0), ("annulus_offset.xy", 5e6), ("double_torus.ply", 0.0)] {
-        let (points, queries) = (folder.join("points.txt"), folder.join("queries.npy"));
-        let (spline, values) = (folder.join("spline.npz"), folder.join("values.npy"));
-        let rows: Vec<Vec<f64>> = match zeroset_io::read_points(root.join("fixtures/points").join(name))? {
-            Points::Two(set) => set.points.iter().map(|p| p.iter().map(|x| x + offset).collect()).collect(),
-            Points::Three(set) => set.points.iter().map(|p| p.iter().map(|x| x + offset).collect()).collect(),
-        };
-        let text: String =
-            rows.iter().map(|row| row.iter().map(|x| format!("{x} ")).collect::<String>() + "\n").collect();
-        std::fs::write(&points, text)?;
-        let columns = rows[0].len();
-        let flat = ndarray::Array2::from_shape_vec((rows.len(), columns), rows.into_iter().flatten().collect())?;
-        ndarray_npy::write_npy(&queries, &flat)?;
-        let zeroset = || {
-            let mut command = Command::new("cargo");
-            command.args(["run", "--quiet", "--release", "-p", "zeroset-cli", "--", "--quiet"]).current_dir(root);
-            command
-        };
-        run(zeroset().args(["reconstruct", "--resolution", "32"]).arg(&points).arg("-o").arg(&spline))?;
-        run(zeroset().arg("eval").arg(&spline).arg(&queries).arg("-o").arg(&values))?;
-        println!("{name} at {offset:e}, saved and evaluated by SciPy:");
-        run(Command::new(python).arg("-B").arg(root.join("fixtures/check_npz.py")).args([&spline, &queries, &values]))?;
-    }
-    Ok(())
 }
 
 fn run(command: &mut Command) -> Result<()> {

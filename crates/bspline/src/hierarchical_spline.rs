@@ -185,16 +185,29 @@ impl<const D: usize> HierarchicalSpline<D> {
         Ok(spline)
     }
 
+    /// Basis functions along each axis of the level that comes next.
+    ///
+    /// # Errors
+    /// If the dense spline's knots are not cubic and uniform, or the cells would be too small.
+    pub fn next_extent(&self) -> Result<[u32; D], HierarchyError> {
+        Ok(function_extent(&self.next_knots()?))
+    }
+
+    fn next_knots(&self) -> Result<[KnotVector; D], HierarchyError> {
+        let level = self.levels.len();
+        if level == 0 {
+            check_uniform(self.root.knots())?;
+        }
+        Ok(halved(self.knots_of(level), level + 1)?)
+    }
+
     /// Adds a finer level whose coefficients are zero: the function remains the same, up to rounding.
     ///
     /// # Errors
     /// A dense spline that is not a uniform cubic, a set of another extent, supports that leave the box or the cells of the finest level, cells that are too small.
     pub fn push_level(&mut self, active: Arc<IndexSet<D>>) -> Result<(), HierarchyError> {
         let level = self.levels.len() + 1;
-        if level == 1 {
-            check_uniform(self.root.knots())?;
-        }
-        let knots = halved(self.knots_of(level - 1), level)?;
+        let knots = self.next_knots()?;
         let cells = supports_within(&active, &knots, level)?;
         if let Some(outer) = self.levels.last() {
             let count = cells.len() - cells.with_parents_in(&outer.cells).len();

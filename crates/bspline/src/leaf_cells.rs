@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use crate::hierarchical_spline::{HierarchicalSpline, LOCAL, WIDTH};
+use crate::spline::Spline;
 
 /// A cell on which the function is one polynomial.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,13 +26,7 @@ impl<const D: usize> HierarchicalSpline<D> {
     /// cell, at the cell's own size.
     pub fn leaf_cells(&self, keep: impl Fn(&LeafCell<D>) -> bool + Sync) -> Vec<LeafCell<D>> {
         if self.levels().is_empty() {
-            // Its knots may be any.
-            let bounds = self.root().cell_bounds();
-            let leaf = |((index, lower), upper): ((ndarray::IxDyn, &f64), &f64)| {
-                let index = std::array::from_fn(|axis| index[axis] as u32);
-                LeafCell { level: 0, index, lower: *lower, upper: *upper }
-            };
-            return bounds.lower.indexed_iter().zip(&bounds.upper).map(leaf).filter(keep).collect();
+            return dense_cells(self.root(), keep);
         }
         let cells = self.root().shape().map(|n| n as u32 - 3);
         self.leaves_in([0; D], cells, &keep)
@@ -121,6 +116,18 @@ impl<const D: usize> HierarchicalSpline<D> {
             self.divide(level + 1, child(corner), &local, visit);
         }
     }
+}
+
+/// The cells of a dense spline, which may have any degree.
+fn dense_cells<const D: usize>(root: &Spline<D>, keep: impl Fn(&LeafCell<D>) -> bool) -> Vec<LeafCell<D>> {
+    let bounds = root.cell_bounds();
+    let cells = bounds.lower.indexed_iter().zip(&bounds.upper).map(|((index, lower), upper)| LeafCell {
+        level: 0,
+        index: std::array::from_fn(|axis| index[axis] as u32),
+        lower: *lower,
+        upper: *upper,
+    });
+    cells.filter(keep).collect()
 }
 
 /// The coefficients that act on the lower or the upper half of a cell along an axis with a given stride: two-scale relation.

@@ -34,6 +34,13 @@ pub enum Command {
     /// Evaluate a saved spline at points: value, gradient, Hessian
     #[command(after_help = "Example:\n  zeroset eval function.npz points.xyz -o values.csv")]
     Eval(Eval),
+    /// Extract the curve or surface of a saved spline again: at another resolution, or another value of the function
+    #[command(after_help = "Examples:\n  zeroset mesh function.npz --resolution 512 -o fine.ply\n  \
+                            zeroset mesh function.npz --iso 0.5 -o offset.stl")]
+    Mesh(Mesh),
+    /// Sample a saved spline on a grid
+    #[command(after_help = "Example:\n  zeroset field function.npz --cells 256 -o values.npy")]
+    Field(Field),
     /// Say what is in a points file or a saved spline
     #[command(after_help = "Example:\n  zeroset info scan.ply")]
     Info(Info),
@@ -110,6 +117,37 @@ pub struct Eval {
     /// Where to write: .csv or .npy, one row per point
     #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,
+}
+
+#[derive(Args)]
+pub struct Mesh {
+    /// A spline saved by reconstruct (.npz)
+    pub spline: PathBuf,
+    /// Where to write, repeatable: mesh .ply .obj .stl .glb (3D), curve .svg .json .csv .dxf (2D)
+    #[arg(short, long, value_name = "FILE", required = true)]
+    pub output: Vec<PathBuf>,
+    /// Cells along the longest side of the function's box, 2 to 4096 [default: the function's own finest ones, 96 to 512]
+    #[arg(long, value_name = "CELLS")]
+    pub resolution: Option<usize>,
+    /// Extract f = VALUE in place of f = 0, in the unit of the points: positive values lie outside, negative inside. Near the surface
+    /// f is close to the distance from it, so that small values give offset surfaces; farther away it is not a distance
+    #[arg(long, value_name = "VALUE", default_value_t = 0.0, allow_negative_numbers = true)]
+    pub iso: f64,
+}
+
+#[derive(Args)]
+pub struct Field {
+    /// A spline saved by reconstruct (.npz)
+    pub spline: PathBuf,
+    /// Where to write, repeatable: .npy .npz .exr .vti
+    #[arg(short, long, value_name = "FILE", required = true)]
+    pub output: Vec<PathBuf>,
+    /// Distance between neighbouring nodes, in the unit of the points
+    #[arg(long, value_name = "LENGTH", conflicts_with = "cells")]
+    pub spacing: Option<f64>,
+    /// Cells along the longest side of the function's box [default: the function's own finest ones, at most 512]
+    #[arg(long, value_name = "CELLS")]
+    pub cells: Option<usize>,
 }
 
 #[derive(Args)]

@@ -1,14 +1,13 @@
 //! `zeroset eval`.
 
-use std::path::Path;
-
-use zeroset::bspline::{Derivatives, KnotVector, Spline};
+use zeroset::bspline::Derivatives;
 use zeroset_io::{EvaluationTable, Points, SplineFile};
 
 use crate::Say;
 use crate::arguments::Eval;
 use crate::failure::Failure;
 use crate::points;
+use crate::spline_file::to_spline;
 
 pub fn run(arguments: &Eval, say: Say) -> Result<(), Failure> {
     zeroset_io::extension_among(&arguments.output, zeroset_io::TABLE_EXTENSIONS).map_err(Failure::usage)?;
@@ -47,19 +46,4 @@ fn table<const D: usize>(arguments: &Eval, file: &SplineFile, points: &[[f64; D]
     };
     zeroset_io::write_table(&arguments.output, &table).map_err(Failure::writing)?;
     Ok(evaluation.outside)
-}
-
-/// The spline of a file, and the origin that its knots are relative to.
-pub fn to_spline<const D: usize>(path: &Path, file: &SplineFile) -> Result<([f64; D], Spline<D>), Failure> {
-    let refuse = |problem: String| Failure::input(format!("{}: {problem}", path.display()));
-    let wrong = || refuse(format!("not a function of {D} variables"));
-    let origin: [f64; D] = file.origin.clone().try_into().map_err(|_| wrong())?;
-    let mut knots = Vec::with_capacity(D);
-    for (axis, axis_knots) in file.knots.iter().enumerate() {
-        let vector = KnotVector::new(file.degree, axis_knots.clone());
-        knots.push(vector.map_err(|error| refuse(format!("knots of axis {axis}: {error}")))?);
-    }
-    let knots: [KnotVector; D] = knots.try_into().map_err(|_| wrong())?;
-    let spline = Spline::new(knots, file.coefficients.clone()).map_err(|error| refuse(error.to_string()))?;
-    Ok((origin, spline))
 }

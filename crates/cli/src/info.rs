@@ -1,63 +1,92 @@
 //! `zeroset info`.
 
+use std::io::{self, Write};
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use zeroset::Frame;
-use zeroset::bspline::Spline;
+use zeroset::bspline::HierarchicalSpline;
 use zeroset_io::{PointSet, Points};
 
 use crate::arguments::Info;
-use crate::eval::to_spline;
 use crate::failure::Failure;
 use crate::points;
+use crate::spline_file::to_spline;
 
 pub fn run(arguments: &Info) -> Result<(), Failure> {
     let is_spline = arguments.format.is_none()
         && zeroset_io::extension_among(&arguments.file, zeroset_io::SPLINE_EXTENSIONS).is_ok();
-    if is_spline {
+    let out = &mut io::stdout().lock();
+    let told = if is_spline {
         let file = zeroset_io::read_spline(&arguments.file).map_err(Failure::reading)?;
         match file.dimension() {
-            2 => describe_spline(to_spline::<2>(&arguments.file, &file)?),
-            _ => describe_spline(to_spline::<3>(&arguments.file, &file)?),
+            2 => describe_spline(out, to_spline::<2>(&arguments.file, &file)?),
+            _ => describe_spline(out, to_spline::<3>(&arguments.file, &file)?),
         }
     } else {
         match points::read(&arguments.file, arguments.format)? {
-            Points::Two(set) => describe_points(&set),
-            Points::Three(set) => describe_points(&set),
+            Points::Two(set) => describe_points(out, &set),
+            Points::Three(set) => describe_points(out, &set),
         }
+    };
+    match told.and_then(|()| out.flush()) {
+        // Whoever reads has read enough, as `head` has.
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
+        told => told.map_err(|error| Failure::output(format!("standard output: {error}"))),
     }
-    Ok(())
 }
 
-fn describe_spline<const D: usize>((origin, spline): ([f64; D], Spline<D>)) {
+fn describe_spline<const D: usize>(
+    out: &mut impl Write,
+    (origin, spline): ([f64; D], HierarchicalSpline<D>),
+) -> io::Result<()> {
+    let (root, levels) = (spline.root(), spline.levels());
     let (lower, upper) = spline.domain();
-    let degrees: Vec<String> = spline.knots().iter().map(|knots| knots.degree().to_string()).collect();
-    println!("B-spline function of {D} variables, degree {}", degrees.join(", "));
-    println!("control coefficients: {}", join(spline.shape().map(|n| n as f64)));
+    let degrees: Vec<String> = root.knots().iter().map(|knots| knots.degree().to_string()).collect();
+    writeln!(out, "B-spline function of {D} variables, degree {}", degrees.join(", "))?;
     for axis in 0..D {
         let name = ["x", "y", "z"][axis];
-        println!("{name}: {} to {}", lower[axis] + origin[axis], upper[axis] + origin[axis]);
+        writeln!(out, "{name}: {} to {}", lower[axis] + origin[axis], upper[axis] + origin[axis])?;
     }
-    let bounds = spline.cell_bounds();
-    let crossed = bounds.lower.iter().zip(&bounds.upper).filter(|(l, u)| **l < 0.0 && **u >= 0.0).count();
-    println!("cells: {}, of which {crossed} may contain the zero set", bounds.lower.len());
+    writeln!(out, "control coefficients: {}", join(root.shape()))?;
+    if !levels.is_empty() {
+        let sides: [f64; D] = std::array::from_fn(|axis| (upper[axis] - lower[axis]) / (root.shape()[axis] - 3) as f64);
+        writeln!(out, "levels: {} on top of the dense one, whose cells have sides {}", levels.len(), join(sides))?;
+    }
+    for (k, level) in (1..).zip(levels) {
+        writeln!(
+            out,
+            "level {k}: {} active functions, cells of sides {}",
+            level.active().len(),
+            join(level.cell_sides())
+        )?;
+    }
+    if !levels.is_empty() {
+        let active: usize = levels.iter().map(|level| level.active().len()).sum();
+        writeln!(out, "coefficients of all levels: {}", root.as_flat().len() + active)?;
+    }
+    let cells = AtomicUsize::new(0);
+    let crossed = spline.leaf_cells(|leaf| {
+        cells.fetch_add(1, Ordering::Relaxed);
+        leaf.lower < 0.0 && leaf.upper >= 0.0
+    });
+    writeln!(out, "cells: {}, of which {} may contain the zero set", cells.into_inner(), crossed.len())
 }
 
-fn describe_points<const D: usize>(set: &PointSet<D>) {
-    println!(
-        "{} points, {D} coordinates{}",
-        set.points.len(),
-        if set.normals.is_some() { ", with normals" } else { "" }
-    );
+fn describe_points<const D: usize>(out: &mut impl Write, set: &PointSet<D>) -> io::Result<()> {
+    let normals = if set.normals.is_some() { ", with normals" } else { "" };
+    writeln!(out, "{} points, {D} coordinates{normals}", set.points.len())?;
     match Frame::of(&set.points) {
         Ok((frame, distinct)) => {
-            println!("centre of the bounding box: {}", join(frame.origin));
-            println!("sides: {}", join(frame.sides.map(|side| side / frame.scale)));
-            println!("different points: {}", distinct.len());
-            println!("typical distance between neighbours: {}", zeroset::Spacing::of(&distinct).typical / frame.scale);
+            let spacing = zeroset::Spacing::of(&distinct).typical / frame.scale;
+            writeln!(out, "centre of the bounding box: {}", join(frame.origin))?;
+            writeln!(out, "sides: {}", join(frame.sides.map(|side| side / frame.scale)))?;
+            writeln!(out, "different points: {}", distinct.len())?;
+            writeln!(out, "typical distance between neighbours: {spacing}")
         }
-        Err(problem) => println!("cannot be reconstructed: {problem}"),
+        Err(problem) => writeln!(out, "cannot be reconstructed: {problem}"),
     }
 }
 
-fn join<const D: usize>(numbers: [f64; D]) -> String {
+fn join<T: ToString, const D: usize>(numbers: [T; D]) -> String {
     numbers.map(|number| number.to_string()).join(" × ")
 }

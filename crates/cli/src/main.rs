@@ -3,10 +3,16 @@
 mod arguments;
 mod eval;
 mod failure;
+mod field;
 mod info;
+mod lattice;
+mod mesh;
 mod points;
 mod reconstruct;
+mod spline_file;
+mod zero_set;
 
+use std::io::Write;
 use std::process::ExitCode;
 
 use clap::Parser;
@@ -22,11 +28,13 @@ fn main() -> ExitCode {
         .with_writer(std::io::stderr)
         .with_target(false)
         .without_time()
+        // Where nobody reads standard error, there is nobody to tell.
+        .log_internal_errors(false)
         .init();
     match run(&arguments) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
-            eprintln!("error: {failure}");
+            tell(format_args!("error: {failure}"));
             failure.exit_code()
         }
     }
@@ -43,6 +51,8 @@ fn run(arguments: &Arguments) -> Result<(), Failure> {
     match &arguments.command {
         Command::Reconstruct(arguments) => reconstruct::run(arguments, say),
         Command::Eval(arguments) => eval::run(arguments, say),
+        Command::Mesh(arguments) => mesh::run(arguments, say),
+        Command::Field(arguments) => field::run(arguments, say),
         Command::Info(arguments) => info::run(arguments),
     }
 }
@@ -56,7 +66,12 @@ pub struct Say {
 impl Say {
     fn line(self, text: impl std::fmt::Display) {
         if !self.quiet {
-            eprintln!("{text}");
+            tell(text);
         }
     }
+}
+
+/// A line on standard error; nothing where that is closed.
+fn tell(text: impl std::fmt::Display) {
+    let _ = writeln!(std::io::stderr().lock(), "{text}");
 }

@@ -3,14 +3,15 @@
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
-use zeroset::isosurface::{CurveTopology, Curves, TriMesh};
 use zeroset::{ReconstructError, Reconstruction, extract_curve, extract_surface};
-use zeroset_io::{OutputKind, Points, SplineFile};
+use zeroset_io::{OutputKind, Points};
 
 use crate::Say;
 use crate::arguments::{Distance, Reconstruct, Topology};
 use crate::failure::Failure;
 use crate::points;
+use crate::spline_file::to_file;
+use crate::zero_set::{describe_curve, describe_surface, write_curves, write_mesh};
 
 /// The report as it is written: the file, then what the library says.
 #[derive(Serialize)]
@@ -57,14 +58,7 @@ pub fn run(arguments: &Reconstruct, say: Say) -> Result<(), Failure> {
             let mut result = zeroset::reconstruct(&set.points, &options).map_err(|e| refused(arguments, e))?;
             let (mesh, topology) = extract_surface(&mut result).map_err(|e| refused(arguments, e))?;
             trusted(arguments, &result)?;
-            say.line(format_args!(
-                "surface: {} of genus {}, {}, volume {:.6}, area {:.6}",
-                count(topology.components, "component"),
-                topology.genus,
-                if topology.closed { "closed" } else { "NOT closed" },
-                mesh.enclosed_volume(),
-                mesh.area()
-            ));
+            say.line(describe_surface(&mesh, &topology));
             for (path, kind) in &kinds {
                 if *kind == OutputKind::Mesh {
                     write_mesh(path, &mesh)?;
@@ -134,43 +128,11 @@ fn refused(arguments: &Reconstruct, error: ReconstructError) -> Failure {
     }
 }
 
-fn describe_curve(topology: &CurveTopology) -> String {
-    format!(
-        "curve: {} and {}, area {:.6}, length {:.6}",
-        count(topology.parts, "part"),
-        count(topology.holes, "hole"),
-        topology.area,
-        topology.length
-    )
-}
-
-fn count(number: usize, thing: &str) -> String {
-    format!("{number} {thing}{}", if number == 1 { "" } else { "s" })
-}
-
-fn write_mesh(path: &Path, mesh: &TriMesh) -> Result<(), Failure> {
-    let mesh = zeroset_io::TriMesh {
-        vertices: &mesh.vertices,
-        normals: &mesh.normals,
-        triangles: &mesh.triangles,
-        ..Default::default()
-    };
-    zeroset_io::write_mesh(path, &mesh).map_err(Failure::writing)
-}
-
-fn write_curves(path: &Path, curves: &Curves, points: &[[f64; 2]]) -> Result<(), Failure> {
-    zeroset_io::write_curves(path, &zeroset_io::Curves { curves: &curves.loops, points }).map_err(Failure::writing)
-}
-
 /// The spline itself, or its values on the final lattice, in the data's unit.
 fn write_function<const D: usize>(path: &Path, kind: OutputKind, result: &Reconstruction<D>) -> Result<(), Failure> {
     let (origin, spline) = result.in_data_units().map_err(Failure::internal)?;
     if kind == OutputKind::Spline {
-        let spline = spline.root();
-        let knots = spline.knots().iter().map(|knots| knots.knots().to_vec()).collect();
-        let degree = spline.knots()[0].degree();
-        let file = SplineFile::new(origin.to_vec(), knots, degree, spline.coefficients().clone());
-        return zeroset_io::write_spline(path, &file.map_err(Failure::internal)?).map_err(Failure::writing);
+        return zeroset_io::write_spline(path, &to_file(origin, &spline)?).map_err(Failure::writing);
     }
     let nodes = result.domain.nodes(result.halvings);
     let values = result.spline.sample(&nodes, [0; D]) / result.frame.scale;

@@ -4,10 +4,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;
-use ndarray::{ArrayD, IxDyn, OwnedRepr};
+use ndarray::{Array2, ArrayD, IxDyn, OwnedRepr};
 use ndarray_npy::NpzReader;
 use serde_json::Value;
 use tempfile::TempDir;
+use zeroset_io::{SplineFile, SplineLevel};
 
 fn zeroset() -> Command {
     Command::new(assert_cmd::cargo::cargo_bin!("zeroset"))
@@ -105,15 +106,82 @@ fn a_surface_becomes_a_mesh() {
     let mut command = zeroset();
     command.arg("reconstruct").arg(fixture("double_torus.ply")).args(["--resolution", "24", "--no-refine"]);
     command.arg("-o").arg(path("a.ply")).arg("-o").arg(path("a.obj")).arg("-o").arg(path("a.exr"));
-    command.arg("-o").arg(path("a.stl")).arg("-o").arg(path("a.glb")).assert().success();
+    command.arg("-o").arg(path("a.stl")).arg("-o").arg(path("a.glb")).arg("-o").arg(path("a.npz")).assert().success();
+    let mut again = zeroset();
+    again.arg("mesh").arg(path("a.npz")).args(["--resolution", "41", "-o"]).arg(path("b.obj"));
+    again.arg("-o").arg(path("b.stl")).assert().success();
+    assert_eq!(euler_characteristic(&path("b.obj")), -2, "the same genus on another lattice");
     assert!(fs::read(path("a.ply")).unwrap().starts_with(b"ply\n"));
     let text = fs::read_to_string(path("a.obj")).unwrap();
-    let (vertices, faces) =
-        (text.lines().filter(|l| l.starts_with("v ")).count(), text.lines().filter(|l| l.starts_with("f ")).count());
+    let faces = text.lines().filter(|l| l.starts_with("f ")).count();
     assert_eq!(fs::read(path("a.stl")).unwrap().len(), 84 + 50 * faces);
     assert!(fs::read(path("a.glb")).unwrap().starts_with(b"glTF"));
-    // V − E + T = −2 for genus 2, and 2 E = 3 T.
-    assert_eq!(vertices as i64 - faces as i64 / 2, -2);
+    assert_eq!(euler_characteristic(&path("a.obj")), -2, "genus 2");
+}
+
+/// V − E + T of a closed mesh, where 2 E = 3 T.
+fn euler_characteristic(path: &Path) -> i64 {
+    let text = fs::read_to_string(path).unwrap();
+    let count = |start: &str| text.lines().filter(|line| line.starts_with(start)).count() as i64;
+    count("v ") - count("f ") / 2
+}
+
+#[test]
+fn a_saved_curve_is_extracted_and_sampled_again() {
+    let (folder, points) = folder();
+    let path = |name: &str| folder.path().join(name);
+    zeroset().args(["-q", "reconstruct"]).arg(&points).arg("-o").arg(path("f.npz")).assert().success();
+    let radii = |arguments: &[&str]| {
+        let mut command = zeroset();
+        command.args(["-q", "mesh"]).arg(path("f.npz")).args(arguments).arg("-o").arg(path("c.json"));
+        command.assert().success().stderr("");
+        let curves: Value = serde_json::from_slice(&fs::read(path("c.json")).unwrap()).unwrap();
+        let loops: Vec<Vec<[f64; 2]>> = serde_json::from_value(curves["curves"].clone()).unwrap();
+        assert_eq!(loops.len(), 1);
+        loops[0].iter().map(|p| p[0].hypot(p[1])).collect::<Vec<_>>()
+    };
+    // As far as the spline of the reconstruction itself.
+    let (coarse, fine) = (radii(&["--resolution", "20"]), radii(&["--resolution", "200"]));
+    assert!(coarse.iter().chain(&fine).all(|r| (r - 1.0).abs() < 1e-3));
+    assert!(fine.len() > 8 * coarse.len());
+    // Near the curve f is close to the distance: to a tenth of it.
+    assert!(radii(&["--iso", "0.05"]).iter().all(|r| (r - 1.05).abs() < 5e-3));
+    assert!(radii(&["--iso", "-0.05"]).iter().all(|r| (r - 0.95).abs() < 5e-3));
+
+    let mut command = zeroset();
+    command.arg("field").arg(path("f.npz")).args(["--spacing", "0.125"]);
+    command.arg("-o").arg(path("v.npz")).arg("-o").arg(path("v.vti")).assert().success();
+    let mut archive = NpzReader::new(fs::File::open(path("v.npz")).unwrap()).unwrap();
+    let [values, origin, spacing] =
+        ["values", "origin", "spacing"].map(|name| archive.by_name::<OwnedRepr<f64>, IxDyn>(name).unwrap());
+    assert_eq!(spacing.as_slice(), Some(&[0.125; 2][..]));
+    for (index, f) in values.indexed_iter() {
+        let r = (0..2).map(|a| (origin[a] + index[a] as f64 * 0.125).powi(2)).sum::<f64>().sqrt();
+        // Nodes this near to the curve may lie on either side of it.
+        assert!((r - 1.0).abs() < 1e-3 || (*f < 0.0) == (r < 1.0), "{f} at {r}");
+    }
+    let mut command = zeroset();
+    command.arg("field").arg(path("f.npz")).args(["--cells", "10", "-o"]).arg(path("v.npy")).assert().success();
+    let coarse: ArrayD<f64> = ndarray_npy::read_npy(path("v.npy")).unwrap();
+    assert_eq!(coarse.shape().iter().max(), Some(&11));
+    assert!(coarse.iter().all(|f| f.is_finite()), "the nodes lie in the box");
+
+    let refused = |code: i32, arguments: &[&str], output: &str, part: &str| {
+        let run =
+            zeroset().arg(arguments[0]).arg(path("f.npz")).args(&arguments[1..]).arg("-o").arg(path(output)).assert();
+        let text = String::from_utf8(run.code(code).get_output().stderr.clone()).unwrap();
+        assert!(text.contains(part), "{text}");
+    };
+    refused(3, &["mesh", "--iso", "-9"], "d.json", "f = -9: no sample");
+    refused(2, &["mesh", "--iso", "nan"], "d.json", "a finite number");
+    refused(2, &["mesh", "--resolution", "1"], "d.json", "between 2 and 4096");
+    refused(2, &["mesh"], "d.ply", "known: .svg");
+    refused(2, &["mesh"], "d.npy", "no mesh and no curve");
+    refused(2, &["field"], "d.ply", "known: .npy");
+    refused(2, &["field", "--cells", "0"], "d.npy", "at least one cell");
+    refused(2, &["field", "--spacing", "0"], "d.npy", "a positive length");
+    refused(2, &["field", "--spacing", "1e-300"], "d.npy", "too large");
+    refused(2, &["field", "--spacing", "1", "--cells", "2"], "d.npy", "cannot be used with");
 }
 
 #[test]
@@ -222,4 +290,53 @@ fn points_without_a_surface_end_in_doubt() {
 
     command.arg("--accept-doubt").assert().success();
     assert!(path("curve.json").exists());
+}
+
+#[test]
+fn a_reader_that_has_had_enough_is_no_error() {
+    let (folder, points) = folder();
+    let spline = folder.path().join("f.npz");
+    // The reading end is closed before the program starts.
+    let closed = || std::io::pipe().unwrap().1;
+    let mut command = std::process::Command::new(assert_cmd::cargo::cargo_bin!("zeroset"));
+    command.arg("reconstruct").arg(&points).arg("-o").arg(&spline).stderr(closed());
+    assert_eq!(command.status().unwrap().code(), Some(0));
+    for file in [&points, &spline] {
+        let mut command = std::process::Command::new(assert_cmd::cargo::cargo_bin!("zeroset"));
+        let run = command.arg("info").arg(file).stdout(closed()).stderr(std::process::Stdio::piped()).output().unwrap();
+        assert_eq!((run.status.code(), String::from_utf8_lossy(&run.stderr).as_ref()), (Some(0), ""));
+    }
+    let mut command = std::process::Command::new(assert_cmd::cargo::cargo_bin!("zeroset"));
+    let missing = command.arg("info").arg(folder.path().join("none.xy")).stderr(closed()).status().unwrap();
+    assert_eq!(missing.code(), Some(3), "the exit code still tells");
+}
+
+#[test]
+fn functions_with_levels_are_described_and_evaluated() {
+    let folder = TempDir::new().unwrap();
+    let (spline, table, queries) =
+        (folder.path().join("f.npz"), folder.path().join("values.csv"), folder.path().join("queries.xy"));
+    // 1 on the whole, and 2 more where all functions of a level act: on the middle cells 4 to 6 of 0 to 9.
+    let knots: Vec<f64> = (0..12).map(|k| f64::from(k) - 3.0).collect();
+    let root = SplineFile::new(vec![10.0, 20.0], vec![knots.clone(), knots], 3, ArrayD::ones(vec![8, 8])).unwrap();
+    let index = Array2::from_shape_fn((36, 2), |(n, axis)| 4 + [n / 6, n % 6][axis] as i32);
+    let file = root.with_levels(vec![SplineLevel { index, coefficients: vec![2.0; 36] }]).unwrap();
+    zeroset_io::write_spline(&spline, &file).unwrap();
+    fs::write(&queries, "12.5 22.5\n10.1 20.1\n").unwrap();
+    zeroset().args(["-q", "eval"]).arg(&spline).arg(&queries).arg("-o").arg(&table).assert().success();
+    let text = fs::read_to_string(&table).unwrap();
+    let values: Vec<f64> = text.lines().skip(1).map(|line| line.split(',').nth(2).unwrap().parse().unwrap()).collect();
+    // Rounding of a sum of sixteen products.
+    assert!((values[0] - 3.0).abs() < 1e-14 && (values[1] - 1.0).abs() < 1e-14, "{text}");
+    let mut command = zeroset();
+    command.arg("mesh").arg(&spline).args(["--iso", "2.5", "-o"]).arg(folder.path().join("hill.svg"));
+    let run = command.assert().success();
+    let text = String::from_utf8(run.get_output().stderr.clone()).unwrap();
+    assert!(text.contains("curve: 1 part and 1 hole") && text.contains("leaves the function's box"), "{text}");
+    let run = zeroset().arg("info").arg(&spline).assert().success();
+    let text = String::from_utf8(run.get_output().stdout.clone()).unwrap();
+    assert!(text.contains("x: 10 to 15\n") && text.contains("control coefficients: 8 × 8\n"), "{text}");
+    assert!(text.contains("levels: 1 on top of the dense one, whose cells have sides 1 × 1\n"), "{text}");
+    assert!(text.contains("level 1: 36 active functions, cells of sides 0.5 × 0.5\n"), "{text}");
+    assert!(text.contains("coefficients of all levels: 100\n") && text.contains("0 may contain"), "{text}");
 }

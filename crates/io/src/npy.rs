@@ -77,6 +77,18 @@ pub(crate) fn parse_integers(bytes: &[u8]) -> Result<ArrayD<i64>, String> {
     }
 }
 
+/// Reads an array of 32- or 64-bit signed integers that fit 32 bits.
+pub(crate) fn parse_indices(bytes: &[u8]) -> Result<ArrayD<i32>, String> {
+    if matches!(descriptor(bytes)?.as_str(), "<i4" | ">i4") {
+        return parse_elements::<i32>(bytes);
+    }
+    let wide = parse_integers(bytes)?;
+    match wide.iter().find(|n| i32::try_from(**n).is_err()) {
+        Some(n) => Err(format!("holds {n}, which is no index of 32 bits")),
+        None => Ok(wide.mapv(|n| n as i32)),
+    }
+}
+
 fn parse_elements<T: ReadableElement>(bytes: &[u8]) -> Result<ArrayD<T>, String> {
     ArrayD::<T>::read_npy(Cursor::new(bytes)).map_err(|error| error.to_string())
 }

@@ -2,7 +2,7 @@
 
 use std::io::{Cursor, Read};
 
-use ndarray::{ArrayD, Ix1};
+use ndarray::{Array, Array2, ArrayD, Dimension, Ix1};
 use zip::ZipArchive;
 use zip::result::ZipError;
 
@@ -37,14 +37,29 @@ impl<'a> NpzArchive<'a> {
         npy::parse_integers(&self.unpack(name)?).map_err(|problem| Malformed::file(format!("{name}: {problem}")))
     }
 
+    /// The one number in the integer array `name`.
+    pub(crate) fn integer(&mut self, name: &str) -> Result<i64, Malformed> {
+        let array = self.integers(name)?;
+        match array.iter().next() {
+            Some(number) if array.len() == 1 => Ok(*number),
+            _ => Err(Malformed::file(format!("{name} has {} numbers; 1 is needed", array.len()))),
+        }
+    }
+
+    /// The two-dimensional array `name` of 32- or 64-bit integers.
+    pub(crate) fn indices(&mut self, name: &str) -> Result<Array2<i32>, Malformed> {
+        let array = npy::parse_indices(&self.unpack(name)?);
+        with_axes(name, array.map_err(|problem| Malformed::file(format!("{name}: {problem}")))?)
+    }
+
     /// The one-dimensional array `name` of f32 or f64.
     pub(crate) fn vector(&mut self, name: &str) -> Result<Vec<f64>, Malformed> {
-        let array = self.floats(name)?;
-        let axes = array.ndim();
-        let array = array
-            .into_dimensionality::<Ix1>()
-            .map_err(|_| Malformed::file(format!("{name} has {axes} axes; 1 is needed")))?;
-        Ok(array.to_vec())
+        Ok(with_axes::<_, Ix1>(name, self.floats(name)?)?.to_vec())
+    }
+
+    /// Whether there is an entry `name`.
+    pub(crate) fn has(&self, name: &str) -> bool {
+        self.zip.index_for_name(&format!("{name}.npy")).is_some()
     }
 
     /// The bytes of one member, read step by step: what the archive claims about its size is not believed.
@@ -65,6 +80,14 @@ impl<'a> NpzArchive<'a> {
             .ok_or_else(|| Malformed::file(format!("{name}: the archive unpacks to more than is allowed here")))?;
         Ok(bytes)
     }
+}
+
+fn with_axes<T, D: Dimension>(name: &str, array: ArrayD<T>) -> Result<Array<T, D>, Malformed> {
+    let axes = array.ndim();
+    let needed = D::NDIM.unwrap_or(axes);
+    array.into_dimensionality().map_err(|_| {
+        Malformed::file(format!("{name} has {axes} axes; {needed} {} needed", if needed == 1 { "is" } else { "are" }))
+    })
 }
 
 #[cfg(test)]

@@ -5,23 +5,29 @@ use std::path::Path;
 
 use ndarray::{ArrayD, Dimension, arr0, aview1};
 use ndarray_npy::NpzWriter;
+use zip::CompressionMethod;
+use zip::write::SimpleFileOptions;
 
 use crate::extension::{SPLINE_EXTENSIONS, extension_among};
 use crate::npz::NpzArchive;
 use crate::points::read_bytes;
 use crate::read_error::{Malformed, ReadError};
 use crate::replace_file::replace_file;
+use crate::spline_level::{self, SplineLevel};
 use crate::write_error::WriteError;
 
-/// The version that is written, and the highest that is read. It rises when a file may no longer be read as if the new entries
-/// were not there.
-pub const SPLINE_VERSION: i64 = 1;
+/// The highest version that is read. It rises when a file may no longer be read as if the new entries were not there: version 1
+/// is a dense spline, 2 one with levels. The lowest that will do is written.
+pub const SPLINE_VERSION: i64 = 2;
+
+const DENSE_VERSION: i64 = 1;
 
 const KNOTS: [&str; 3] = ["knots_x", "knots_y", "knots_z"];
 
 /// A tensor-product B-spline in the plane or in space, as it is stored (paper eq. 1).
 ///
-/// The function at a point X of the data is `Σ c[i, j, …] B_i(X₁ − origin₁) B_j(X₂ − origin₂) …`.
+/// The function at a point X of the data is `Σ c[i, j, …] B_i(X₁ − origin₁) B_j(X₂ − origin₂) …`, the root, plus the same sum for
+/// every level over its own functions and coefficients.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct SplineFile {
@@ -33,10 +39,12 @@ pub struct SplineFile {
     pub degree: usize,
     /// The control coefficients, axis order x, y\[, z\]; along each axis `knots − degree − 1` of them, in the data's length unit.
     pub coefficients: ArrayD<f64>,
+    /// Level 1, 2, …, if the degree is 3 and all knots are uniform; each on knots halved once more.
+    pub levels: Vec<SplineLevel>,
 }
 
 impl SplineFile {
-    /// Puts the parts together.
+    /// Puts the parts of a dense spline together.
     ///
     /// # Errors
     /// [`Malformed`] in words of the file's entries: axes, lengths or shapes that do not fit, a knot vector that falls or spans
@@ -47,10 +55,23 @@ impl SplineFile {
         degree: usize,
         coefficients: ArrayD<f64>,
     ) -> Result<Self, Malformed> {
-        let spline = Self { origin, knots, degree, coefficients };
+        let spline = Self { origin, knots, degree, coefficients, levels: vec![] };
         match spline.problem() {
             Some(problem) => Err(Malformed::file(problem)),
             None => Ok(spline),
+        }
+    }
+
+    /// The same spline with these levels. Whether its knots are uniform, and the supports of each level lie within those of the
+    /// level above, is not checked here.
+    ///
+    /// # Errors
+    /// [`Malformed`] in words of the file's entries: a degree other than 3, lengths or shapes that do not fit, indices that the
+    /// lattice does not have or that come twice, more than two million functions along an axis, a number that is not finite.
+    pub fn with_levels(self, levels: Vec<SplineLevel>) -> Result<Self, Malformed> {
+        match spline_level::problem(&levels, self.degree, self.coefficients.shape()) {
+            Some(problem) => Err(Malformed::file(problem)),
+            None => Ok(Self { levels, ..self }),
         }
     }
 
@@ -97,12 +118,15 @@ impl SplineFile {
                 return Some(format!("{name} spans no cell: its interval is from {} to {}", knots[p], knots[n]));
             }
         }
-        let bad = self.coefficients.indexed_iter().find(|(_, c)| !c.is_finite())?;
-        Some(format!("coefficient {:?} is {}", bad.0.slice(), bad.1))
+        match self.coefficients.indexed_iter().find(|(_, c)| !c.is_finite()) {
+            Some((index, c)) => Some(format!("coefficient {:?} is {c}", index.slice())),
+            None => spline_level::problem(&self.levels, p, self.coefficients.shape()),
+        }
     }
 }
 
-/// Writes a spline as `.npz`: `version`, `origin`, `degree`, `knots_x`, `knots_y`\[, `knots_z`\], `coefficients`, not compressed.
+/// Writes a spline as `.npz`: `version`, `origin`, `degree`, `knots_x`, `knots_y`\[, `knots_z`\], `coefficients`, and where there are
+/// levels `levels`, `level1_index`, `level1_coefficients`, …. Only indices are compressed: coefficients would shrink by little.
 ///
 /// # Errors
 /// [`WriteError`]; parts that do not fit are refused, and the file at `path` is replaced only when everything was written.
@@ -117,13 +141,25 @@ pub fn write_spline(path: impl AsRef<Path>, spline: &SplineFile) -> Result<(), W
     replace_file(path, |out| {
         let mut npz = NpzWriter::new(out);
         // Scalars are 0-dimensional: SciPy takes such a degree for all axes.
-        npz.add_array("version", &arr0(SPLINE_VERSION)).map_err(io::Error::other)?;
+        let version = if spline.levels.is_empty() { DENSE_VERSION } else { SPLINE_VERSION };
+        npz.add_array("version", &arr0(version)).map_err(io::Error::other)?;
         npz.add_array("origin", &aview1(&spline.origin)).map_err(io::Error::other)?;
         npz.add_array("degree", &arr0(degree)).map_err(io::Error::other)?;
         for (name, knots) in KNOTS.iter().zip(&spline.knots) {
             npz.add_array(*name, &aview1(knots)).map_err(io::Error::other)?;
         }
         npz.add_array("coefficients", &coefficients).map_err(io::Error::other)?;
+        if !spline.levels.is_empty() {
+            npz.add_array("levels", &arr0(spline.levels.len() as i64)).map_err(io::Error::other)?;
+        }
+        // Higher levels take three times as long for the same size.
+        let compressed =
+            SimpleFileOptions::default().compression_method(CompressionMethod::Deflated).compression_level(Some(3));
+        for (k, level) in (1..).zip(&spline.levels) {
+            let [index, coefficients] = spline_level::entries(k);
+            npz.add_array_with_options(index, &level.index, compressed).map_err(io::Error::other)?;
+            npz.add_array(coefficients, &aview1(&level.coefficients)).map_err(io::Error::other)?;
+        }
         npz.finish().map(drop).map_err(io::Error::other)
     })
 }
@@ -144,14 +180,24 @@ pub fn read_spline(path: impl AsRef<Path>) -> Result<SplineFile, ReadError> {
 /// [`Malformed`], as [`read_spline`] has it, without a path.
 pub fn parse_spline(bytes: &[u8]) -> Result<SplineFile, Malformed> {
     let mut archive = NpzArchive::open(bytes)?;
-    let version = archive.integers("version")?;
-    match version.iter().next() {
-        Some(1..=SPLINE_VERSION) if version.len() == 1 => {}
-        _ => {
-            return Err(Malformed::file(format!(
-                "spline files of version {version} are not known here, only up to {SPLINE_VERSION}; a newer zeroset reads them"
-            )));
+    let version = archive.integer("version")?;
+    if !(DENSE_VERSION..=SPLINE_VERSION).contains(&version) {
+        return Err(Malformed::file(format!(
+            "spline files of version {version} are not known here, only up to {SPLINE_VERSION}; a newer zeroset reads them"
+        )));
+    }
+    let count = match version {
+        // Whoever added levels to such a file must say so, for a reader that does not know them.
+        DENSE_VERSION if archive.has("level1_index") => {
+            return Err(Malformed::file(
+                "the archive has an entry \"level1_index\" but is of version 1; levels need version 2",
+            ));
         }
+        DENSE_VERSION => 0,
+        _ => archive.integer("levels")?,
+    };
+    if count < 0 {
+        return Err(Malformed::file(format!("levels is {count}")));
     }
     let origin = archive.vector("origin")?;
     if !matches!(origin.len(), 2 | 3) {
@@ -166,5 +212,11 @@ pub fn parse_spline(bytes: &[u8]) -> Result<SplineFile, Malformed> {
         _ => return Err(Malformed::file(format!("degree is {degrees}; one number for all axes is needed"))),
     };
     let knots = KNOTS[..origin.len()].iter().map(|name| archive.vector(name)).collect::<Result<_, _>>()?;
-    SplineFile::new(origin, knots, degree, archive.floats("coefficients")?)
+    let root = SplineFile::new(origin, knots, degree, archive.floats("coefficients")?)?;
+    let mut levels = Vec::new();
+    for k in 1..=count as usize {
+        let [index, coefficients] = spline_level::entries(k);
+        levels.push(SplineLevel { index: archive.indices(&index)?, coefficients: archive.vector(&coefficients)? });
+    }
+    root.with_levels(levels)
 }

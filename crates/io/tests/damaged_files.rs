@@ -2,9 +2,9 @@
 
 use std::io::Cursor;
 
-use ndarray::{Array2, arr0, arr1};
+use ndarray::{Array1, Array2, arr0, arr1, arr2};
 use ndarray_npy::NpzWriter;
-use zeroset_io::{Malformed, ReadError, SplineFile, read_points, read_spline};
+use zeroset_io::{Malformed, ReadError, SplineFile, SplineLevel, parse_spline, read_points, read_spline};
 
 fn sentence(name: &str, bytes: &[u8]) -> String {
     let folder = tempfile::tempdir().unwrap();
@@ -69,7 +69,7 @@ fn splines_that_do_not_fit_together_are_refused() {
     let refused = |part: &str, change: Change| {
         let mut npz = NpzWriter::new_compressed(Cursor::new(Vec::new()));
         let knots = arr1(&[0.0, 0.0, 0.0, 0.5, 1.0, 1.0, 1.0]);
-        for name in ["version", "origin", "degree", "knots_x", "knots_y", "coefficients", "level1_index"] {
+        for name in ["version", "origin", "degree", "knots_x", "knots_y", "coefficients", "remark"] {
             if change(&mut npz, name) {
                 continue;
             }
@@ -78,7 +78,7 @@ fn splines_that_do_not_fit_together_are_refused() {
                 "origin" => npz.add_array(name, &arr1(&[0.0, 0.0])),
                 "degree" => npz.add_array(name, &arr1(&[2i32])),
                 "coefficients" => npz.add_array(name, &Array2::<f32>::ones((4, 4))),
-                "level1_index" => npz.add_array(name, &arr1(&[true])),
+                "remark" => npz.add_array(name, &arr1(&[true])),
                 _ => npz.add_array(name, &knots),
             }
             .unwrap();
@@ -97,7 +97,10 @@ fn splines_that_do_not_fit_together_are_refused() {
     // Compressed, f32, 32-bit and one-element arrays and unknown entries are read.
     refused("", |_, _| false);
     refused("the archive has no entry \"degree\"", |_, name| name == "degree");
-    refused("version 2", |npz, name| name == "version" && npz.add_array(name, &arr0(2i64)).is_ok());
+    refused("version 3", |npz, name| name == "version" && npz.add_array(name, &arr0(3i64)).is_ok());
+    refused("\"level1_index\" but is of version 1", |npz, name| {
+        name == "remark" && npz.add_array("level1_index", &arr0(1i64)).is_ok()
+    });
     refused("degree -1", |npz, name| name == "degree" && npz.add_array(name, &arr0(-1i64)).is_ok());
     refused("degree 9", |npz, name| name == "degree" && npz.add_array(name, &arr0(9i64)).is_ok());
     refused("one number for all axes", |npz, name| name == "degree" && npz.add_array(name, &arr1(&[2i64, 3])).is_ok());
@@ -124,4 +127,93 @@ fn splines_that_do_not_fit_together_are_refused() {
     });
     let error: Malformed = SplineFile::new(vec![], vec![], 3, Array2::zeros((1, 1)).into_dyn()).unwrap_err();
     assert_eq!(error.to_string(), "a spline of 0 axes; 2 or 3 are known");
+}
+
+#[test]
+fn levels_that_do_not_fit_are_refused() {
+    /// Entries in place of the sound ones; whether it wrote that entry.
+    type Change = fn(&mut NpzWriter<Cursor<Vec<u8>>>, &str) -> bool;
+    let bytes = |degree: usize, change: Change| {
+        let mut npz = NpzWriter::new_compressed(Cursor::new(Vec::new()));
+        // One cell along each axis, two on level 1.
+        let knots: Array1<f64> = (0..2 * (degree + 1)).map(|k| k as f64).collect();
+        for name in [
+            "version",
+            "origin",
+            "degree",
+            "knots_x",
+            "knots_y",
+            "coefficients",
+            "levels",
+            "level1_index",
+            "level1_coefficients",
+        ] {
+            if change(&mut npz, name) {
+                continue;
+            }
+            match name {
+                "version" => npz.add_array(name, &arr0(2i64)),
+                "origin" => npz.add_array(name, &arr1(&[0.0, 0.0])),
+                "degree" => npz.add_array(name, &arr0(degree as i64)),
+                "coefficients" => npz.add_array(name, &Array2::<f64>::ones((degree + 1, degree + 1))),
+                "levels" => npz.add_array(name, &arr0(1i32)),
+                "level1_index" => npz.add_array(name, &arr2(&[[4i64, 4], [0, 1]])),
+                "level1_coefficients" => npz.add_array(name, &arr1(&[0.5f32, 0.25])),
+                _ => npz.add_array(name, &knots),
+            }
+            .unwrap();
+        }
+        npz.finish().unwrap().into_inner()
+    };
+    let refused = |part: &str, degree: usize, change: Change| {
+        let sentence = sentence("s.npz", &bytes(degree, change));
+        assert!(sentence.contains(part), "{sentence}");
+    };
+    // 64-bit indices and f32 coefficients, in an order of their own, are read.
+    let sound = parse_spline(&bytes(3, |_, _| false)).unwrap();
+    assert_eq!(sound.levels, [SplineLevel { index: arr2(&[[4, 4], [0, 1]]), coefficients: vec![0.5, 0.25] }]);
+
+    refused("only those of degree 3", 2, |_, _| false);
+    refused("has no entry \"levels\"", 3, |_, name| name == "levels");
+    refused("levels is -1", 3, |npz, name| name == "levels" && npz.add_array(name, &arr0(-1i64)).is_ok());
+    refused("levels has 2 numbers", 3, |npz, name| name == "levels" && npz.add_array(name, &arr1(&[1i64, 1])).is_ok());
+    refused("no entry \"level2_index\"", 3, |npz, name| {
+        name == "levels" && npz.add_array(name, &arr0(i64::MAX)).is_ok()
+    });
+    refused("no entry \"level1_coefficients\"", 3, |_, name| name == "level1_coefficients");
+    refused("no entry \"level1_index\"", 3, |_, name| name == "level1_index");
+    refused("level1_index holds 5 in row 1; the lattice has functions 0 to 4", 3, |npz, name| {
+        name == "level1_index" && npz.add_array(name, &arr2(&[[0i32, 0], [4, 5]])).is_ok()
+    });
+    refused("level1_index holds -1 in row 0", 3, |npz, name| {
+        name == "level1_index" && npz.add_array(name, &arr2(&[[0i32, -1], [4, 4]])).is_ok()
+    });
+    refused("level1_index: holds 4294967297", 3, |npz, name| {
+        name == "level1_index" && npz.add_array(name, &arr2(&[[0i64, (1 << 32) + 1], [4, 4]])).is_ok()
+    });
+    refused("level1_index names function [2, 3] twice", 3, |npz, name| {
+        name == "level1_index" && npz.add_array(name, &arr2(&[[2i32, 3], [2, 3]])).is_ok()
+    });
+    refused("level1_index has 1 axes; 2 are needed", 3, |npz, name| {
+        name == "level1_index" && npz.add_array(name, &arr1(&[2i32, 3])).is_ok()
+    });
+    refused("level1_index has shape [2, 3]; N × 2", 3, |npz, name| {
+        name == "level1_index" && npz.add_array(name, &arr2(&[[2i32, 3, 0], [0, 0, 0]])).is_ok()
+    });
+    refused("no values", 3, |npz, name| {
+        name == "level1_index" && npz.add_array(name, &Array2::<i32>::zeros((0, 2))).is_ok()
+    });
+    refused("level1_index: the array holds \"<f8\"; i4 or i8", 3, |npz, name| {
+        name == "level1_index" && npz.add_array(name, &arr2(&[[2.0, 3.0], [0.0, 0.0]])).is_ok()
+    });
+    refused("level1_coefficients has 3 numbers for the 2 rows of level1_index", 3, |npz, name| {
+        name == "level1_coefficients" && npz.add_array(name, &arr1(&[0.0; 3])).is_ok()
+    });
+    refused("level1_coefficients holds NaN at entry 1", 3, |npz, name| {
+        name == "level1_coefficients" && npz.add_array(name, &arr1(&[0.0, f64::NAN])).is_ok()
+    });
+
+    let level = SplineLevel { index: arr2(&[[0, 0]]), coefficients: vec![1.0] };
+    let error = sound.with_levels(vec![level; 21]).unwrap_err();
+    assert_eq!(error.problem, "level 21 has 2097155 basis functions along an axis; at most 2097152 are known");
 }

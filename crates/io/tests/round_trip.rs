@@ -1,14 +1,15 @@
 //! What is written comes back, bit for bit where f64 is stored.
 
+use std::io::Cursor;
 use std::path::Path;
 
-use ndarray::{Array2, Array3, ArrayD, ArrayView3, ShapeBuilder};
-use ndarray_npy::WriteNpyExt;
+use ndarray::{Array0, Array2, Array3, ArrayD, ArrayView3, ShapeBuilder};
+use ndarray_npy::{NpzReader, WriteNpyExt};
 use proptest::prelude::*;
 use zeroset_io::{
-    Curves, EvaluationTable, Field, PointFormat, PointSet, Points, SplineFile, TriMesh, WriteError, parse_points,
-    read_points, read_spline, write_curves, write_field, write_mesh, write_oriented, write_report, write_spline,
-    write_table,
+    Curves, EvaluationTable, Field, PointFormat, PointSet, Points, SplineFile, SplineLevel, TriMesh, WriteError,
+    parse_points, read_points, read_spline, write_curves, write_field, write_mesh, write_oriented, write_report,
+    write_spline, write_table,
 };
 
 const TETRAHEDRON: [[f64; 3]; 4] = [[0.1, 0.0, 0.0], [5e6 + 0.1, 0.0, 0.0], [0.0, 1.0 / 3.0, 0.0], [0.0, 0.0, -1e-300]];
@@ -27,6 +28,18 @@ fn bits<const D: usize>(points: &[[f64; D]]) -> Vec<u64> {
 
 fn any_finite() -> impl Strategy<Value = f64> {
     any::<f64>().prop_filter("refused on reading", |c| c.is_finite())
+}
+
+/// Level `k` over a root of that shape: every `step`-th function, from the last to the first.
+fn level(shape: &[usize], k: usize, step: usize, values: &[f64]) -> SplineLevel {
+    let extent: Vec<usize> = shape.iter().map(|n| ((n - 3) << k) + 3).collect();
+    let chosen: Vec<usize> = (0..extent.iter().product()).step_by(step).collect();
+    let index = Array2::from_shape_fn((chosen.len(), extent.len()), |(row, axis)| {
+        let stride: usize = extent[axis + 1..].iter().product();
+        (chosen[chosen.len() - 1 - row] / stride % extent[axis]) as i32
+    });
+    let coefficients = values.iter().copied().cycle().skip(k).take(chosen.len()).collect();
+    SplineLevel { index, coefficients }
 }
 
 proptest! {
@@ -59,15 +72,23 @@ proptest! {
         extra in prop::collection::vec(0usize..4, 2..=3),
         values in prop::collection::vec(any_finite(), 9 * 9 * 9),
         origin in prop::array::uniform3(any_finite()),
+        levels in 0usize..3,
+        step in 1usize..40,
     ) {
         let shape: Vec<usize> = extra.iter().map(|e| degree + 1 + e).collect();
         let knots: Vec<Vec<f64>> = shape.iter().map(|n| (0..n + degree + 1).map(|k| k as f64 / 3.0).collect()).collect();
         let coefficients = ArrayD::from_shape_vec(shape.clone(), values[..shape.iter().product()].to_vec()).unwrap();
         let spline = SplineFile::new(origin[..shape.len()].to_vec(), knots, degree, coefficients).unwrap();
+        let levels = if degree == 3 { (1..=levels).map(|k| level(&shape, k, step, &values)).collect() } else { vec![] };
+        let spline = spline.with_levels(levels).unwrap();
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("f.npz");
         write_spline(&path, &spline).unwrap();
         let first = std::fs::read(&path).unwrap();
+        // A reader that knows no levels must take all dense files, and refuse all others.
+        let mut entries = NpzReader::new(Cursor::new(&first)).unwrap();
+        let version: Array0<i64> = entries.by_name("version").unwrap();
+        prop_assert_eq!(version.into_scalar(), if spline.levels.is_empty() { 1 } else { 2 });
         // −0 and 0 are equal, so the bits are compared by writing again.
         let back = read_spline(&path).unwrap();
         prop_assert_eq!(&back, &spline);

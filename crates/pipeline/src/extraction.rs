@@ -3,9 +3,7 @@
 use std::time::Instant;
 
 use serde::Serialize;
-use zeroset_isosurface::{
-    self as isosurface, CurveTopology, Curves, ImplicitFunction, LatticeSamples, Topology, TriMesh,
-};
+use zeroset_isosurface::{self as isosurface, CurveTopology, Curves, Topology, TriMesh};
 
 use crate::error::ReconstructError;
 use crate::reconstruct::Reconstruction;
@@ -20,8 +18,8 @@ const FINE_ENOUGH: usize = 96;
 /// If there is no zero set.
 pub fn extract_surface(reconstruction: &mut Reconstruction<3>) -> Result<(TriMesh, Topology), ReconstructError> {
     let start = Instant::now();
-    let samples = samples(reconstruction)?;
-    let (mut mesh, found) = isosurface::surface(&samples, Some(&reconstruction.spline), &Default::default())?;
+    let halvings = marching_halvings(reconstruction);
+    let (mut mesh, found) = isosurface::surface_of(&reconstruction.spline, halvings, &Default::default())?;
     let (frame, points) = (reconstruction.frame, &reconstruction.points);
     let stray = stray(reconstruction, points, &mesh.vertices);
     for vertex in &mut mesh.vertices {
@@ -45,8 +43,8 @@ pub fn extract_surface(reconstruction: &mut Reconstruction<3>) -> Result<(TriMes
 /// If there is no zero set.
 pub fn extract_curve(reconstruction: &mut Reconstruction<2>) -> Result<(Curves, CurveTopology), ReconstructError> {
     let start = Instant::now();
-    let samples = samples(reconstruction)?;
-    let (mut curves, found) = isosurface::curve(&samples, Some(&reconstruction.spline), &Default::default())?;
+    let halvings = marching_halvings(reconstruction);
+    let (mut curves, found) = isosurface::curve_of(&reconstruction.spline, halvings, &Default::default())?;
     let all: Vec<[f64; 2]> = curves.loops.iter().flatten().copied().collect();
     let stray = stray(reconstruction, &reconstruction.points, &all);
     for vertex in curves.loops.iter_mut().flatten() {
@@ -83,16 +81,10 @@ pub enum Figures {
     },
 }
 
-fn samples<const D: usize>(reconstruction: &Reconstruction<D>) -> Result<LatticeSamples<D>, ReconstructError>
-where
-    zeroset_bspline::HierarchicalSpline<D>: ImplicitFunction<D>,
-{
+/// From the dense lattice's cells to those that the zero set is extracted on: the finest of the spline, or finer.
+fn marching_halvings<const D: usize>(reconstruction: &Reconstruction<D>) -> u32 {
     let longest = reconstruction.domain.cells(reconstruction.halvings).into_iter().max().unwrap_or(0);
-    let levels = reconstruction.spline.levels().len() as u32;
-    let halvings = reconstruction.halvings + levels.max(u32::from(longest < FINE_ENOUGH));
-    let axes = reconstruction.domain.nodes(halvings);
-    let values = reconstruction.spline.sample(&axes, [0; D]);
-    Ok(LatticeSamples::new(axes, values)?)
+    (reconstruction.spline.levels().len() as u32).max(u32::from(longest < FINE_ENOUGH))
 }
 
 /// Share of the vertices that are farther than four spacings (or two cells, if those are larger) from every point.

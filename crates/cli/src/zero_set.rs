@@ -1,0 +1,46 @@
+//! Zero sets: what they are in words, and their files.
+
+use std::path::Path;
+
+use zeroset::isosurface::{CurveTopology, Curves, Topology, TriMesh};
+
+use crate::failure::Failure;
+
+pub fn describe_curve(topology: &CurveTopology) -> String {
+    format!(
+        "curve: {} and {}, area {:.6}, length {:.6}",
+        count(topology.parts, "part"),
+        count(topology.holes, "hole"),
+        topology.area,
+        topology.length
+    )
+}
+
+pub fn describe_surface(mesh: &TriMesh, topology: &Topology) -> String {
+    format!(
+        "surface: {} of genus {}, {}, volume {:.6}, area {:.6}",
+        count(topology.components, "component"),
+        topology.genus,
+        if topology.closed { "closed" } else { "NOT closed" },
+        mesh.enclosed_volume(),
+        mesh.area()
+    )
+}
+
+fn count(number: usize, thing: &str) -> String {
+    format!("{number} {thing}{}", if number == 1 { "" } else { "s" })
+}
+
+pub fn write_mesh(path: &Path, mesh: &TriMesh) -> Result<(), Failure> {
+    let mesh = zeroset_io::TriMesh {
+        vertices: &mesh.vertices,
+        normals: &mesh.normals,
+        triangles: &mesh.triangles,
+        ..Default::default()
+    };
+    zeroset_io::write_mesh(path, &mesh).map_err(Failure::writing)
+}
+
+pub fn write_curves(path: &Path, curves: &Curves, points: &[[f64; 2]]) -> Result<(), Failure> {
+    zeroset_io::write_curves(path, &zeroset_io::Curves { curves: &curves.loops, points }).map_err(Failure::writing)
+}
