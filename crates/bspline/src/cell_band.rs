@@ -55,8 +55,8 @@ pub(crate) const SUPPORT: i32 = DEGREE as i32;
 /// The active basis functions of every level around a point set.
 ///
 /// Level 0 is a dense lattice with cubic cardinal knots, level `j` the lattice with its cells halved `j` times. The cells
-/// Ω_j of level `j` are those within `width` cells of a cell that holds a point that wants level `j` (or a finer one), along
-/// every axis; a basis function is active when its whole support lies in Ω_j. Ω_j lies within Ω_{j−1}. As `width` is
+/// Ω_j of level `j` are those within a width of some cells of a cell that holds a point that wants level `j` (or a finer one),
+/// along every axis; a basis function is active when its whole support lies in Ω_j. Ω_j lies within Ω_{j−1}. As the width is
 /// at least the degree, all functions that act on an occupied cell are active, except within three cells of the box's faces.
 #[derive(Debug, Clone)]
 pub struct CellBand<const D: usize> {
@@ -65,14 +65,20 @@ pub struct CellBand<const D: usize> {
 }
 
 impl<const D: usize> CellBand<D> {
-    /// The levels 1 to the finest that a point wants, around points in the box of `knots`, the dense lattice's.
+    /// The levels 1 to the finest that a point wants, around points in the box of `knots`, the dense lattice's. There are two
+    /// widths: of Ω_0, and of all finer levels.
     ///
     /// # Errors
-    /// Knots that are not cubic and uniform, a `width` outside 3..=7, levels that do not fit the points or are too fine,
+    /// Knots that are not cubic and uniform, a width outside 3..=7, levels that do not fit the points or are too fine,
     /// points outside the box.
-    pub fn new(knots: &[KnotVector; D], points: &[[f64; D]], levels: &[u8], width: usize) -> Result<Self, BandError> {
+    pub fn new(
+        knots: &[KnotVector; D],
+        points: &[[f64; D]],
+        levels: &[u8],
+        widths: [usize; 2],
+    ) -> Result<Self, BandError> {
         check_uniform(knots)?;
-        if !(DEGREE..=7).contains(&width) {
+        if let Some(width) = widths.into_iter().find(|width| !(DEGREE..=7).contains(width)) {
             return Err(BandError::Width(width));
         }
         if levels.len() != points.len() {
@@ -86,7 +92,7 @@ impl<const D: usize> CellBand<D> {
         let around = |fine: &[KnotVector; D], level: u8| {
             let wanting = points.iter().zip(levels).filter(|(_, wanted)| **wanted >= level);
             let occupied: Vec<[u32; D]> = wanting.map(|(point, _)| cell_of(fine, point)).collect();
-            let reach = width as i32;
+            let reach = widths[usize::from(level > 0)] as i32;
             IndexSet::new(cell_extent(fine), &occupied).dilated(-reach..=reach, cell_extent(fine))
         };
         let near = around(knots, 0).eroded(0..=SUPPORT, function_extent(knots));
@@ -107,7 +113,7 @@ impl<const D: usize> CellBand<D> {
         self.active.len()
     }
 
-    /// The functions of the dense lattice whose support lies near the points: in Ω_0.
+    /// The functions of the dense lattice near the points: those whose support lies in Ω_0.
     pub fn near(&self) -> &Arc<IndexSet<D>> {
         &self.near
     }
@@ -188,7 +194,7 @@ mod tests {
             width in 3usize..=7,
         ) {
             let (points, levels): (Vec<_>, Vec<_>) = points.into_iter().unzip();
-            let band = CellBand::new(&knots(), &points, &levels, width).unwrap();
+            let band = CellBand::new(&knots(), &points, &levels, [width, width]).unwrap();
             prop_assert_eq!(band.depth(), usize::from(*levels.iter().max().unwrap()));
             let mut fine = knots();
             let mut outer: Option<IndexSet<2>> = None;
@@ -225,7 +231,7 @@ mod tests {
     #[test]
     fn what_cannot_have_levels_is_refused() {
         let error = |knots: [KnotVector; 2], point: [f64; 2], levels: &[u8], width| {
-            CellBand::new(&knots, &[point], levels, width).unwrap_err()
+            CellBand::new(&knots, &[point], levels, [3, width]).unwrap_err()
         };
         let clamped = [knots()[0].clone(), KnotVector::clamped(3, &[0.0, 1.0, 2.0]).unwrap()];
         assert_eq!(error(clamped, [0.0, 0.5], &[1], 3), BandError::NotUniform(1));

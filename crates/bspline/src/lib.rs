@@ -43,7 +43,7 @@
 //! let knots = KnotVector::uniform(3, 0.0, 0.25, 8)?;
 //! let root = Spline::from_flat([knots.clone(), knots], vec![1.0; 11 * 11])?;
 //! // Cells of a fourth of the side around one point.
-//! let band = CellBand::new(root.knots(), &[[0.7, 1.2]], &[2], 3)?;
+//! let band = CellBand::new(root.knots(), &[[0.7, 1.2]], &[2], [3, 3])?;
 //! let mut f = HierarchicalSpline::new(root)?;
 //! for active in band.active() {
 //!     f.push_level(Arc::clone(active))?;

@@ -24,7 +24,7 @@ fn hierarchy<const D: usize>(seed: u64, shift: f64) -> HierarchicalSpline<D> {
         .chunks_exact(D)
         .map(|u| std::array::from_fn(|a| -0.5 + 0.125 * cells[a] as f64 * (u[a] + 1.0)))
         .collect();
-    let band = CellBand::new(&knots, &points, &[2, 1, 2, 0], 3).unwrap();
+    let band = CellBand::new(&knots, &points, &[2, 1, 2, 0], [3, 3]).unwrap();
     let mut spline = HierarchicalSpline::new(Spline::from_flat(knots, coefficients).unwrap()).unwrap();
     for active in band.active() {
         spline.push_level(Arc::clone(active)).unwrap();

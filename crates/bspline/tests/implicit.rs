@@ -33,7 +33,7 @@ fn data<const D: usize>() -> (Vec<[f64; D]>, Vec<u8>) {
 fn hierarchy<const D: usize>(seed: u64, size: f64) -> HierarchicalSpline<D> {
     let root = root(seed);
     let (points, levels) = data();
-    let band = CellBand::new(root.knots(), &points, &levels, 3).unwrap();
+    let band = CellBand::new(root.knots(), &points, &levels, [3, 3]).unwrap();
     let mut spline = HierarchicalSpline::new(root).unwrap();
     for (level, active) in band.active().iter().enumerate() {
         spline.push_level(Arc::clone(active)).unwrap();

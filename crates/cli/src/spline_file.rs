@@ -73,7 +73,7 @@ mod tests {
         let mut numbers = numbers.iter().copied().cycle();
         let mut some = |n: usize| numbers.by_ref().take(n).collect::<Vec<f64>>();
         let root = Spline::from_flat(knots.clone(), some(knots.iter().map(KnotVector::basis_count).product())).unwrap();
-        let band = CellBand::new(&knots, &[at, at.map(|c| 0.1 - c)], &[2, 1], 3).unwrap();
+        let band = CellBand::new(&knots, &[at, at.map(|c| 0.1 - c)], &[2, 1], [3, 3]).unwrap();
         HierarchicalSpline::with_levels(root, band.active().iter().map(|set| (Arc::clone(set), some(set.len()))))
             .unwrap()
     }

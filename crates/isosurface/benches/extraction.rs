@@ -45,7 +45,7 @@ fn torus() -> HierarchicalSpline<3> {
             [(big + small * cv) * cu, (big + small * cv) * su, small * sv]
         })
         .collect();
-    let band = CellBand::new(&knots, &points, &vec![3; points.len()], 3).expect("points in the box");
+    let band = CellBand::new(&knots, &points, &vec![3; points.len()], [3, 3]).expect("points in the box");
     let root = Spline::from_flat(knots, coefficients.collect()).expect("one coefficient per function");
     let level = |active: &Arc<_>| {
         let count = zeroset_bspline::IndexSet::<3>::len(active);

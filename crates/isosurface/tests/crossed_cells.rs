@@ -30,7 +30,7 @@ fn random<const D: usize>(
     let count = knots.iter().map(KnotVector::basis_count).product();
     let coefficients = scattered(count, seed).into_iter().map(|c| c + shift).collect();
     let (points, levels): (Vec<_>, Vec<_>) = points.iter().copied().unzip();
-    let band = CellBand::new(&knots, &points, &levels, 3).unwrap();
+    let band = CellBand::new(&knots, &points, &levels, [3, 3]).unwrap();
     let mut spline = HierarchicalSpline::new(Spline::from_flat(knots, coefficients).unwrap()).unwrap();
     for (level, active) in (1u64..).zip(band.active()) {
         spline.push_level(Arc::clone(active)).unwrap();
@@ -197,7 +197,7 @@ fn is_a_sphere(mesh: &TriMesh, radius: f64, cell: f64) {
 fn a_sphere_with_levels_on_a_part_of_it() {
     let root = sphere(3, 9, 0.8);
     let points = [[0.8, 0.0, 0.0], [0.0, 0.57, 0.56], [-0.5, -0.5, 0.3]];
-    let band = CellBand::new(root.knots(), &points, &[3, 2, 1], 3).unwrap();
+    let band = CellBand::new(root.knots(), &points, &[3, 2, 1], [3, 3]).unwrap();
     let mut spline = HierarchicalSpline::new(root).unwrap();
     for active in band.active() {
         spline.push_level(Arc::clone(active)).unwrap();

@@ -47,7 +47,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let root = Spline::from_flat(knots.clone(), vec![1.0; total])?;
 
     let start = Instant::now();
-    let band = CellBand::new(&knots, &points, &vec![levels; count], 3)?;
+    let band = CellBand::new(&knots, &points, &vec![levels; count], [3, 3])?;
     let mut spline = HierarchicalSpline::new(root)?;
     for active in band.active() {
         spline.push_level(Arc::clone(active))?;

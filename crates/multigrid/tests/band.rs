@@ -30,7 +30,7 @@ fn case<const D: usize>() -> (HierarchicalSpline<D>, Vec<[f64; D]>) {
         })
         .collect();
     let levels: Vec<u8> = points.iter().map(|p| if p[0] < 0.4 { 1 } else { 2 }).collect();
-    let band = CellBand::new(&knots, &points, &levels, 3).unwrap();
+    let band = CellBand::new(&knots, &points, &levels, [3, 3]).unwrap();
     let mut spline = HierarchicalSpline::new(Spline::from_flat(knots, scattered(count, 4)).unwrap()).unwrap();
     for active in band.active() {
         spline.push_level(Arc::clone(active)).unwrap();
@@ -151,7 +151,7 @@ fn check_energy<const D: usize>(fairness: Fairness) {
     let root = Spline::from_flat(knots.clone(), scattered(count, 11)).unwrap();
     let lattice = |flat: usize| std::array::from_fn(|a| 0.5 + (flat / 2usize.pow(a as u32) % 2) as f64);
     let points: Vec<[f64; D]> = (0..1 << D).map(lattice).collect();
-    let band = CellBand::new(&knots, &points, &vec![1; points.len()], 7).unwrap();
+    let band = CellBand::new(&knots, &points, &vec![1; points.len()], [7, 7]).unwrap();
     let mut spline = HierarchicalSpline::new(root.clone()).unwrap();
     spline.push_level(Arc::clone(&band.active()[0])).unwrap();
     let level = &spline.levels()[0];

@@ -11,11 +11,15 @@ use crate::report::StageFigures;
 use crate::spacing::Spacing;
 
 /// Cells on the finest level, in spacings of the points there. (Finer ones bring less than they cost.)
-const FINEST_CELL: f64 = 0.5;
+const FINEST_CELL: f64 = 0.75;
 /// Levels above the dense lattice at most.
 const MOST_LEVELS: u8 = 6;
 /// Cells on each side of those that hold points which a level reaches.
 const BAND: usize = 3;
+/// On the dense lattice at least so many spacings, that the surface between points is fitted too; but no more cells than
+/// a band can have.
+const NEAR: f64 = 2.5;
+const WIDEST: usize = 7;
 /// Beyond so many spacings fairness is of second order, which overshoots less than third order.
 const SECOND_ORDER: f64 = 4.0;
 /// Noise below this share of the spacing is not told from detail.
@@ -52,7 +56,8 @@ impl<const D: usize> Refinement<'_, D> {
         let (spacing, cell) = (self.spacing.typical, self.domain.spacing(self.halvings));
         let sides: Vec<f64> = self.spacing.local.iter().map(|s| FINEST_CELL * s).collect();
         let levels = levels_for_spacing(cell, &sides, MOST_LEVELS);
-        let band = CellBand::new(initial.knots(), self.points, &levels, BAND)?;
+        let near = ((NEAR * spacing / cell).ceil() as usize).clamp(BAND, WIDEST);
+        let band = CellBand::new(initial.knots(), self.points, &levels, [near, BAND])?;
         let noise = (self.noise > NOISY * spacing).then_some(self.noise);
         let first =
             (FIRST_LENGTH * self.ratio * spacing).max(0.5 * cell).max(FIRST_LENGTH_NOISE * noise.unwrap_or(0.0));

@@ -61,7 +61,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let initial = Spline::from_flat(knots.clone(), coefficients)?;
 
     let levels = (cells / 32.0).log2().round() as u8;
-    let band = CellBand::new(&knots, &points, &vec![levels; count], 3)?;
+    let band = CellBand::new(&knots, &points, &vec![levels; count], [3, 3])?;
     // Without noise nothing is held out, so that all levels are run.
     let holdout = if noise > 0.0 { 0.05 } else { 0.0 };
     let options = LevelOptions { holdout, ..LevelOptions::for_spacing::<3>(spacing) };

@@ -17,7 +17,15 @@ const ACCEPT: f64 = 0.1;
 /// A step that is not taken is halved so often.
 const ATTEMPTS: usize = 6;
 /// A score counts as lower when it is lower by this share.
-const SIGNIFICANT: f64 = 0.02;
+const SIGNIFICANT: f64 = 0.01;
+/// A level ends after so many steps that bring nothing.
+const PATIENCE: usize = 2;
+/// Of two functions that predict the held-out points equally well the smoother one is wanted: their error is multiplied by
+/// this power of the energy.
+const ENERGY_POWER: f64 = 0.1;
+/// Where a finer level follows, ℓ stays above so many cells: what a coarse level does to fit detail that it cannot hold
+/// reaches farther than the finer level's band.
+const COARSE: f64 = 0.3;
 
 /// What decides the steps.
 #[derive(Debug, Clone, Copy)]
@@ -90,7 +98,7 @@ impl<'a, const D: usize> Cascade<'a, D> {
         let mut levels = Vec::new();
         let Some(lengths) = given(0) else { return Ok((HierarchicalSpline::new(dense.clone())?, levels)) };
         let near = Level::of_dense(dense, Arc::clone(band.near()))?;
-        let (corrections, summary) = self.refine(&near, 0, lengths);
+        let (corrections, summary) = self.refine(&near, 0, lengths, band.depth() > 0);
         let mut spline = HierarchicalSpline::new(near.corrected(dense, &corrections)?)?;
         levels.push(summary);
         for (number, active) in (1..).zip(band.active()) {
@@ -99,7 +107,8 @@ impl<'a, const D: usize> Cascade<'a, D> {
                 break;
             }
             spline.push_level(Arc::clone(active))?;
-            let (corrections, summary) = self.refine(&spline.levels()[number - 1], number, lengths);
+            let (corrections, summary) =
+                self.refine(&spline.levels()[number - 1], number, lengths, number < band.depth());
             if summary.best_step.is_some() {
                 spline.correct_finest(corrections)?;
             } else {
@@ -110,19 +119,29 @@ impl<'a, const D: usize> Cascade<'a, D> {
         Ok((spline, levels))
     }
 
-    /// Refines a level without corrections, by steps with the given smoothing lengths, or as long as they bring something.
-    /// Gives the corrections of the best step; if none is better than the function without the level, they are zero.
-    fn refine(&mut self, level: &Level<D>, number: usize, given: Option<&Vec<f64>>) -> (Vec<f64>, LevelSummary) {
+    /// Refines a level without corrections, by steps with the given smoothing lengths, or as long as they bring something;
+    /// `finer` tells whether another level can follow. Gives the corrections of the best step; if none is better than the
+    /// function without the level, they are zero.
+    fn refine(
+        &mut self,
+        level: &Level<D>,
+        number: usize,
+        given: Option<&Vec<f64>>,
+        finer: bool,
+    ) -> (Vec<f64>, LevelSummary) {
         let start = Instant::now();
         let (fairness, floor) = (self.options.fairness(), self.options.gradient_floor);
         let objective = LevelObjective::new(level, self.fitted, self.judge.points(), fairness, self.energy, floor);
-        let lengths = given.map_or_else(|| self.options.lengths(self.smoothing_length), Vec::clone);
+        let lengths = given.map_or_else(
+            || self.options.lengths(self.smoothing_length, if finer { COARSE * level.cell_side() } else { 0.0 }),
+            Vec::clone,
+        );
         let mut total = objective.coefficients();
         let mut current = objective.at(vec![0.0; level.active().len()], &mut total);
         let initial = objective.errors(&current, &total, &self.judge);
         let (mut best, mut best_step, mut best_errors) = (current.corrections.clone(), None, initial);
         let mut steps: Vec<LevelStep> = Vec::with_capacity(lengths.len());
-        let mut spread = objective.spread(&current);
+        let (mut spread, mut idle) = (objective.spread(&current), 0);
         for (index, mut length) in lengths.into_iter().enumerate() {
             let before = self.options.noise.map(|noise| (noise, current.clone()));
             let mut step = self.step(&objective, &mut current, &mut total, length);
@@ -149,7 +168,8 @@ impl<'a, const D: usize> Cascade<'a, D> {
                 (self.smoothing_length, self.energy) = (length, step.errors.energy);
             }
             steps.push(step);
-            if !better || self.at_noise {
+            idle = if better { 0 } else { idle + 1 };
+            if idle == PATIENCE || self.at_noise {
                 break;
             }
         }
@@ -206,10 +226,9 @@ impl<'a, const D: usize> Cascade<'a, D> {
     }
 }
 
-/// By the product of held-out error and the root of the energy, as on the dense lattice; without a held-out error the later
-/// function is the better.
+/// By the held-out error, and a little by the energy; without a held-out error the later function is the better.
 fn is_better(new: &LevelErrors, old: &LevelErrors) -> bool {
-    let score = |e: &LevelErrors| e.held_out.map(|error| error * e.energy.max(0.0).sqrt());
+    let score = |e: &LevelErrors| e.held_out.map(|error| error * e.energy.max(0.0).powf(ENERGY_POWER));
     match (score(new), score(old)) {
         (Some(new), Some(old)) => new < (1.0 - SIGNIFICANT) * old,
         _ => true,

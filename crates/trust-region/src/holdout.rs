@@ -1,7 +1,7 @@
 //! Which points are held out, to judge and not to fit.
 
 /// So many points are held out at least, however small the share: fewer say nothing.
-const LEAST: f64 = 24.0;
+const LEAST: f64 = 48.0;
 
 /// But never more than this share: where that is too few to judge by, none are held out.
 const MOST: f64 = 0.2;

@@ -264,7 +264,7 @@ mod tests {
         let root = Spline::from_flat([knots.clone(), knots.clone()], coefficients).unwrap();
         let points: Vec<[f64; 2]> =
             (0..40).map(|i| f64::from(i) / 40.0).map(|t| [0.5 - 0.2 * t, -0.4 + 0.8 * t]).collect();
-        let band = CellBand::new(root.knots(), &points, &[1; 40], 3).unwrap();
+        let band = CellBand::new(root.knots(), &points, &[1; 40], [3, 3]).unwrap();
         let mut spline = HierarchicalSpline::new(root).unwrap();
         spline.push_level(Arc::clone(&band.active()[0])).unwrap();
         let weighted = Weighted { roots: (0..40).map(|i| 0.7 + 0.02 * f64::from(i)).collect(), points };

@@ -23,7 +23,7 @@ pub struct LevelOptions {
     /// Standard deviation of the points' distances from their surface, where it is known and not small beside their spacing:
     /// ℓ falls until the Sampson distances are as large as that, and held-out points are not asked (Morozov 1966). Positive.
     pub noise: Option<f64>,
-    /// Most Gauss–Newton steps per level; the first that brings nothing is the last. At least 1.
+    /// Most Gauss–Newton steps per level; the second in a row that brings nothing is the last. At least 1.
     pub steps: usize,
     /// Most conjugate-gradient steps for each, of three products with the operator. At least 1.
     pub cg_steps: usize,
@@ -88,10 +88,10 @@ impl LevelOptions {
         if self.third_order.is_some() { 5.0 } else { 3.0 }
     }
 
-    /// The smoothing lengths of a level's steps, falling from that of the first, as long as they fall.
-    pub(crate) fn lengths(&self, first: f64) -> Vec<f64> {
+    /// The smoothing lengths of a level's steps, falling from that of the first to the smallest, as long as they fall.
+    pub(crate) fn lengths(&self, first: f64, smallest: f64) -> Vec<f64> {
         let length = |step: usize| first * self.decay.powf(step as f64 / self.power());
-        let smallest = self.smallest_smoothing_length;
+        let smallest = self.smallest_smoothing_length.max(smallest);
         let useful = |step: &usize| *step == 0 || self.decay == 1.0 || length(step - 1) > smallest;
         (0..self.steps).take_while(useful).map(|step| length(step).max(smallest)).collect()
     }

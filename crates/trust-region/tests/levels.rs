@@ -57,7 +57,7 @@ fn every_level_comes_closer() {
     let (initial, options) = initial(&points, 0.005);
     let mut before = error(&initial);
     for depth in 1..=3 {
-        let band = CellBand::new(initial.knots(), &points, &vec![depth; points.len()], 3).unwrap();
+        let band = CellBand::new(initial.knots(), &points, &vec![depth; points.len()], [3, 3]).unwrap();
         let (f, report) = refine_levels(&points, None, &initial, &band, &options).unwrap();
         check_report(&report);
         assert_eq!(
@@ -83,9 +83,9 @@ fn finer_cells_only_where_they_are_wanted() {
     let points = flower(500, 0.0);
     let (initial, options) = initial(&points, 0.005);
     let levels: Vec<u8> = points.iter().map(|p| if p[0] > 0.2 { 3 } else { 1 }).collect();
-    let band = CellBand::new(initial.knots(), &points, &levels, 3).unwrap();
+    let band = CellBand::new(initial.knots(), &points, &levels, [3, 3]).unwrap();
     let (f, _) = refine_levels(&points, None, &initial, &band, &options).unwrap();
-    let all = CellBand::new(initial.knots(), &points, &vec![1; points.len()], 3).unwrap();
+    let all = CellBand::new(initial.knots(), &points, &vec![1; points.len()], [3, 3]).unwrap();
     let (coarse, _) = refine_levels(&points, None, &initial, &all, &options).unwrap();
     // Cells of 1/64 and a band of three of them on each side.
     let (left, right) = ([-0.42, 0.1], [0.44, 0.05]);
@@ -99,7 +99,7 @@ fn finer_cells_only_where_they_are_wanted() {
 fn noise_ends_the_cascade() {
     let points = flower(3000, 0.01);
     let (initial, _) = initial(&points, 0.01);
-    let band = CellBand::new(initial.knots(), &points, &vec![5; points.len()], 3).unwrap();
+    let band = CellBand::new(initial.knots(), &points, &vec![5; points.len()], [3, 3]).unwrap();
     // 3000 points on a length of 2.9, ℓ above the noise.
     let options = LevelOptions { density: 1000.0, smoothing_length: 0.02, ..Default::default() };
     let (f, report) = refine_levels(&points, None, &initial, &band, &options).unwrap();
@@ -120,7 +120,7 @@ fn known_noise_decides_how_close_the_fit_is() {
     let noise = 0.01;
     let points = flower(3000, noise);
     let (initial, _) = initial(&points, 0.01);
-    let band = CellBand::new(initial.knots(), &points, &vec![3; points.len()], 3).unwrap();
+    let band = CellBand::new(initial.knots(), &points, &vec![3; points.len()], [3, 3]).unwrap();
     let options = LevelOptions { density: 1000.0, smoothing_length: 0.04, noise: Some(noise), ..Default::default() };
     let (f, report) = refine_levels(&points, None, &initial, &band, &options).unwrap();
     let last = report.levels.last().unwrap();
@@ -138,7 +138,7 @@ fn agrees_with_the_dense_lattice() {
     let points = flower(800, 0.0);
     let (spacing, length) = (0.003, 0.003);
     let (coarse, options) = initial(&points, spacing);
-    let band = CellBand::new(coarse.knots(), &points, &vec![3; points.len()], 5).unwrap();
+    let band = CellBand::new(coarse.knots(), &points, &vec![3; points.len()], [5, 5]).unwrap();
     // One weight, to convergence, on 64 cells and on the two levels in between.
     let finest = LevelOptions {
         smoothing_length: length,
@@ -177,7 +177,7 @@ fn agrees_with_the_dense_lattice() {
 fn the_same_bytes_for_any_number_of_threads() {
     let points = flower(500, 0.001);
     let (initial, options) = initial(&points, 0.005);
-    let band = CellBand::new(initial.knots(), &points, &vec![2; points.len()], 3).unwrap();
+    let band = CellBand::new(initial.knots(), &points, &vec![2; points.len()], [3, 3]).unwrap();
     let run = || refine_levels(&points, None, &initial, &band, &options).unwrap().0;
     let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     let several = rayon::ThreadPoolBuilder::new().num_threads(3).build().unwrap();
@@ -188,7 +188,7 @@ fn the_same_bytes_for_any_number_of_threads() {
 fn bad_input_is_refused() {
     let points = flower(200, 0.0);
     let initial = circle(16);
-    let band = CellBand::new(initial.knots(), &points, &vec![1; points.len()], 3).unwrap();
+    let band = CellBand::new(initial.knots(), &points, &vec![1; points.len()], [3, 3]).unwrap();
     let error = |points: &[[f64; 2]], areas: Option<&[f64]>, options: &LevelOptions| {
         refine_levels(points, areas, &initial, &band, options).unwrap_err()
     };
@@ -234,7 +234,7 @@ fn surfaces_are_refined_by_energies_of_both_orders() {
     let before = error(&|p| initial.value(p));
     let slopes = initial.evaluate(&points, Derivatives::Gradient).gradients;
     let size = (slopes.iter().flatten().map(|g| g * g).sum::<f64>() / points.len() as f64).sqrt();
-    let band = CellBand::new(&knots, &points, &vec![2; points.len()], 3).unwrap();
+    let band = CellBand::new(&knots, &points, &vec![2; points.len()], [3, 3]).unwrap();
     for third_order in [None, Some(0.015)] {
         let options = LevelOptions { third_order, holdout: 0.0, steps: 3, ..LevelOptions::for_spacing::<3>(0.02) };
         let (f, report) = refine_levels(&points, None, &initial, &band, &options).unwrap();

@@ -66,7 +66,7 @@ fn with_levels<const D: usize>(file: SplineFile, points: &[[f64; D]]) -> Result<
     let points: Vec<[f64; D]> =
         points.iter().map(|p| std::array::from_fn(|axis| p[axis] - file.origin[axis])).collect();
     let wanted: Vec<u8> = (0..points.len()).map(|i| if i % 3 == 0 { 2 } else { 1 }).collect();
-    let band = CellBand::new(&knots, &points, &wanted, 3)?;
+    let band = CellBand::new(&knots, &points, &wanted, [3, 3])?;
     let size = file.coefficients.iter().fold(0.0, |size: f64, c| size.max(c.abs()));
     let level = |active: &Arc<IndexSet<D>>| -> Result<SplineLevel> {
         let index = active.iter().flatten().map(|k| k as i32).collect();
