@@ -10,54 +10,10 @@ use tracing::debug;
 use zeroset_bspline::{Derivatives, KnotVector, Spline};
 
 use crate::error::GefmError;
+use crate::ladder_options::LadderOptions;
 use crate::ladder_report::{Candidate, LadderReport};
 use crate::referee::Referee;
 use crate::rung::{Found, Rung};
-
-/// Settings of [`climb`].
-#[derive(Debug, Clone, PartialEq)]
-pub struct LadderOptions {
-    /// Spacing s of the points, frame units.
-    pub spacing: f64,
-    /// Density ρ of the points: per unit length in 2D, per unit area in 3D, in frame units.
-    pub density: f64,
-    /// Smoothing lengths that may be tried, in spacings, ascending.
-    pub ratios: Vec<f64>,
-    /// The first to be tried; then longer ones as long as that helps, or else shorter ones.
-    pub likeliest: f64,
-    /// The first lattice: so many halvings of the base lattice.
-    pub first: u32,
-    /// The last lattice that may be climbed to.
-    pub last: u32,
-    /// No further lengths are tried once a candidate scores less.
-    pub content: f64,
-    /// Above this score of the best candidate the eigenvector is sought again on the next lattice.
-    pub doubtful: f64,
-    /// Relative residual of the solves on finer lattices.
-    pub tolerance: f64,
-}
-
-impl LadderOptions {
-    /// The defaults for points with spacing `spacing` and density `density`.
-    pub fn new(spacing: f64, density: f64) -> Self {
-        Self {
-            spacing,
-            density,
-            ratios: vec![0.2, 0.4, 0.8, 1.6, 3.2],
-            likeliest: 0.4,
-            first: 1,
-            last: 3,
-            content: 0.1,
-            doubtful: 0.25,
-            tolerance: 1e-3,
-        }
-    }
-
-    /// The weight of the thin-plate energy for a smoothing length of `ratio` spacings.
-    pub(crate) fn weight(&self, ratio: f64) -> f64 {
-        self.density * (ratio * self.spacing).powi(3)
-    }
-}
 
 /// The best so far.
 struct Leader<const D: usize> {

@@ -40,6 +40,7 @@ mod error;
 mod fit;
 mod gradient_form;
 mod ladder;
+mod ladder_options;
 mod ladder_report;
 mod lanczos;
 mod normal_solver;
@@ -53,7 +54,8 @@ pub use eigenvector_fit::{EigenvectorIteration, EigenvectorOptions, EigenvectorR
 pub use error::GefmError;
 pub use fit::{Options, Report, fit};
 pub use gradient_form::area_vectors;
-pub use ladder::{LadderOptions, climb};
+pub use ladder::climb;
+pub use ladder_options::LadderOptions;
 pub use ladder_report::{Candidate, LadderReport};
 pub use lanczos::EigenpairSummary;
 pub use normal_solver::NormalSolver;

@@ -6,7 +6,7 @@ use zeroset_multigrid::Multigrid;
 use crate::error::GefmError;
 use crate::fit::normalise;
 use crate::gradient_form::{apply_b, area_vectors};
-use crate::ladder::LadderOptions;
+use crate::ladder_options::LadderOptions;
 use crate::lanczos::smallest_eigenpair;
 use crate::normal_solver::{Iterative, NormalSolver};
 use crate::p_continuation::{ContinuationOptions, continue_exponent};
