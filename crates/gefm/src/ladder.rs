@@ -75,6 +75,8 @@ const SLACK: f64 = 0.01;
 /// A longer length is taken if its score is above that of a shorter one by no more than this share of it: under noise both
 /// have the sides right, and the smoother one has fewer handles and bubbles.
 const SMOOTHER: f64 = 0.05;
+/// Above this score the sides are about as random as coins.
+const RANDOM: f64 = 0.4;
 
 struct Ladder<'a, const D: usize> {
     points: &'a [[f64; D]],
@@ -143,15 +145,16 @@ impl<const D: usize> Ladder<'_, D> {
     }
 
     /// Candidates from scratch: with the length of the rung, then with longer ones as long as each is better than the one
-    /// before, or, if none is, with shorter ones.
+    /// before, or, if none is, with shorter ones. One longer length that is worse is passed over where the first was about
+    /// random: under noise all those that are too short are, and so are their scores.
     fn search(&mut self, rung: &mut Rung<D>) -> Result<(), GefmError> {
         let first_ratio = rung.ratio();
         let first = self.consider(rung, true);
         let longer: Vec<f64> = self.options.ratios.iter().copied().filter(|other| *other > first_ratio).collect();
         let shorter: Vec<f64> =
             self.options.ratios.iter().rev().copied().filter(|other| *other < first_ratio).collect();
-        for direction in [longer, shorter] {
-            let (mut last, mut better) = (first, false);
+        for (direction, patient) in [(longer, first > RANDOM), (shorter, false)] {
+            let (mut last, mut better, mut patient) = (first, false, patient);
             for ratio in direction {
                 if last < self.options.content {
                     return Ok(());
@@ -159,10 +162,13 @@ impl<const D: usize> Ladder<'_, D> {
                 rung.set_ratio(ratio)?;
                 let score = self.consider(rung, true);
                 let slack = self.smoother(last);
-                if score >= if ratio > first_ratio { last + slack } else { last - slack } {
+                if score < if ratio > first_ratio { last + slack } else { last - slack } {
+                    (last, better, patient) = (score, true, false);
+                } else if patient {
+                    patient = false;
+                } else {
                     break;
                 }
-                (last, better) = (score, true);
             }
             if better {
                 break;
@@ -235,5 +241,27 @@ mod tests {
         let welded = &report.candidates[0];
         assert_eq!(welded.ratio, 3.2);
         assert!(welded.judgement.score > 2.0 * choice.judgement.score, "{report:?}");
+    }
+
+    #[test]
+    fn lengths_too_short_for_the_noise_do_not_end_the_search() {
+        // A circle of 300 points, each displaced by up to three spacings along each axis (a linear congruence).
+        let mut state = 1u64;
+        let mut noise = || {
+            state = state.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(0x1405_7b7e_f767_814f);
+            (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5
+        };
+        let spacing = 0.4 * std::f64::consts::TAU / 300.0;
+        let points: Vec<[f64; 2]> = (0..300)
+            .map(|i| (f64::from(i) / 300.0 * std::f64::consts::TAU).sin_cos())
+            .map(|(s, c)| [0.38 * c + 6.0 * spacing * noise(), 0.38 * s + 6.0 * spacing * noise()])
+            .collect();
+        let options = LadderOptions { last: 1, ..LadderOptions::new(spacing, 1.0 / spacing) };
+        let (f, _, report) = climb(&points, &[1.0; 300], &knots(0.6, 12), &options).unwrap();
+        let scores: Vec<f64> = report.candidates.iter().map(|candidate| candidate.judgement.score).collect();
+        assert!(scores[1] > scores[0] && scores[0] > RANDOM, "both too short, the longer one worse: {scores:?}");
+        let right =
+            points.iter().filter(|p| f.value_and_gradient(p).1.iter().zip(*p).map(|(g, x)| g * x).sum::<f64>() > 0.0);
+        assert_eq!(right.count(), 300, "{report:?}");
     }
 }
