@@ -30,6 +30,16 @@ pub struct Evaluation<const D: usize> {
     pub outside: usize,
 }
 
+impl<const D: usize> Evaluation<D> {
+    /// Sampson distances `f(Pᵢ)/‖∇f(Pᵢ)‖` with the sign of f, equation (4), in the unit of the points; empty without gradients.
+    ///
+    /// NaN outside the box; infinite (or NaN on the zero set) where the gradient vanishes.
+    pub fn sampson_distances(&self) -> Vec<f64> {
+        let norms = self.gradients.iter().map(|g| g.iter().map(|g| g * g).sum::<f64>().sqrt());
+        self.values.iter().zip(norms).map(|(value, norm)| value / norm).collect()
+    }
+}
+
 /// Evaluates a function at many points in parallel, each independently of the others.
 pub(crate) fn evaluate<const D: usize>(
     f: &impl Implicit<D>,

@@ -5,6 +5,7 @@ use zeroset_bspline::Collocation;
 use zeroset_multigrid::{Factor, NormalEquations};
 
 use crate::error::GefmError;
+use crate::gradient_form::apply_b;
 use crate::lanczos::{EigenpairSummary, dot, smallest_eigenpair};
 
 /// Settings of [`eigenvector_fit`].
@@ -69,13 +70,7 @@ pub fn eigenvector_fit<const D: usize>(
     options: &EigenvectorOptions,
 ) -> Result<(Vec<f64>, FirstIterate, EigenvectorReport), GefmError> {
     let count = collocation.point_count() as f64;
-    let apply_b = |f: &[f64]| {
-        let mut gradients = collocation.gradients(f);
-        gradients.iter_mut().zip(areas).for_each(|(g, a)| *g = g.map(|g| g * a));
-        let mut out = vec![0.0; f.len()];
-        collocation.add_gradients_transposed(&gradients, &mut out);
-        out
-    };
+    let apply_b = |f: &[f64]| apply_b(collocation, areas, f);
     let mut report = EigenvectorReport { unknowns: equations.size(), ..Default::default() };
     let mut first = None;
     let mut current: Option<(Vec<f64>, f64)> = None;

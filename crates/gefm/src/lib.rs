@@ -38,22 +38,28 @@
 mod eigenvector_fit;
 mod error;
 mod fit;
+mod gradient_form;
 mod ladder;
+mod ladder_options;
+mod ladder_report;
 mod lanczos;
 mod normal_solver;
 mod orientation;
 mod p_continuation;
 mod referee;
+mod rung;
 mod tridiagonal;
 
 pub use eigenvector_fit::{EigenvectorIteration, EigenvectorOptions, EigenvectorReport, eigenvector_fit};
 pub use error::GefmError;
 pub use fit::{Options, Report, fit};
-pub use ladder::{Candidate, LadderOptions, LadderReport, climb};
+pub use gradient_form::area_vectors;
+pub use ladder::climb;
+pub use ladder_options::LadderOptions;
+pub use ladder_report::{Candidate, LadderReport};
 pub use lanczos::EigenpairSummary;
 pub use normal_solver::NormalSolver;
 pub use p_continuation::{ContinuationOptions, ContinuationReport, ContinuationStage, continue_exponent};
-
 pub use referee::{Judgement, Referee};
 
 pub use zeroset_multigrid::NormalEquations;

@@ -118,3 +118,43 @@ fn objective<const D: usize>(gradients: &[[f64; D]], areas: &[f64], exponent: f6
 fn within<const D: usize>(a: &[f64; D], b: &[f64; D], cosine: f64) -> bool {
     dot(a, b) >= cosine * (dot(a, a) * dot(b, b)).sqrt()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use zeroset_bspline::KnotVector;
+    use zeroset_multigrid::Multigrid;
+
+    use crate::normal_solver::Iterative;
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(24))]
+        #[test]
+        fn inexact_solves_never_lower_the_objective(
+            radii in proptest::collection::vec(0.25..0.45f64, 120),
+            normals in proptest::collection::vec(-1.0..1.0f64, 240),
+            tolerance in 1e-3..0.5f64,
+        ) {
+            let angle = |i: usize| i as f64 / 120.0 * std::f64::consts::TAU;
+            let points: Vec<[f64; 2]> =
+                radii.iter().enumerate().map(|(i, r)| [r * angle(i).cos(), r * angle(i).sin()]).collect();
+            let areas = vec![1.0; 120];
+            let knots = KnotVector::uniform(3, -0.6, 0.2, 6).unwrap();
+            let multigrid = Multigrid::new(&[knots.clone(), knots], 2, &points, &areas, 60.0 * 0.02f64.powi(3)).unwrap();
+            let collocation = Collocation::new(multigrid.knots(), &points).unwrap();
+            let start: Vec<[f64; 2]> = normals.chunks(2).map(|n| [n[0], n[1]]).collect();
+            let mut right = vec![0.0; multigrid.size()];
+            collocation.add_gradients_transposed(&start, &mut right);
+            let solver = Iterative { multigrid: &multigrid, tolerance };
+            let mut f = vec![0.0; multigrid.size()];
+            solver.solve(&right, &mut f);
+            let (_, report) =
+                continue_exponent(&collocation, &solver, &areas, f, &ContinuationOptions::default()).unwrap();
+            for stage in &report.stages {
+                // Monotone at any tolerance; the slack is rounding.
+                prop_assert!(stage.objective.windows(2).all(|j| j[1] >= j[0] * (1.0 - 1e-12)), "{:?}", stage);
+            }
+        }
+    }
+}

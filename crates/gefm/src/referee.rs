@@ -17,6 +17,7 @@ use zeroset_bspline::{Derivatives, Implicit, KnotVector};
 use zeroset_winding::{Options, Tree};
 
 use crate::error::GefmError;
+use crate::gradient_form::area_vectors;
 
 /// Nodes nearer to the points than so many spacings are not looked at: there W is rough.
 const CLEAR: f64 = 2.0;
@@ -80,12 +81,8 @@ impl<'a, const D: usize> Referee<'a, D> {
         if let Ok(tree) = ImmutableKdTree::<f64, D>::new_from_slice(points) {
             let count: usize = axes.iter().map(Vec::len).product();
             let near = CLEAR * spacing..CLEAR * spacing + REACH * (axes[0][1] - axes[0][0]);
-            for mut flat in 0..count {
-                let mut x = [0.0; D];
-                for axis in (0..D).rev() {
-                    x[axis] = axes[axis][flat % axes[axis].len()];
-                    flat /= axes[axis].len();
-                }
+            for flat in 0..count {
+                let x = node(&axes, flat);
                 let distance = tree.query(&x).nearest_one::<SquaredEuclidean<f64>>().execute().distance.sqrt();
                 if near.contains(&distance) {
                     nodes.push(x);
@@ -102,14 +99,7 @@ impl<'a, const D: usize> Referee<'a, D> {
     /// If gradients of f are not finite.
     pub fn judge(&self, f: &impl Implicit<D>) -> Result<(Judgement, Vec<f64>), GefmError> {
         let gradients = f.evaluate(self.points, Derivatives::Gradient).gradients;
-        let vectors: Vec<[f64; D]> = gradients
-            .iter()
-            .zip(&self.areas)
-            .map(|(g, area)| {
-                let norm = g.iter().map(|g| g * g).sum::<f64>().sqrt();
-                g.map(|g| if norm > 0.0 { area * g / norm } else { 0.0 })
-            })
-            .collect();
+        let vectors = area_vectors(&gradients, &self.areas);
         let away = self.away.with_normals(&vectors)?.evaluate(&self.nodes)?;
         let mut at_points = self.near.with_normals(&vectors)?.evaluate(self.points)?;
         let values = f.evaluate(&self.nodes, Derivatives::Value).values;
@@ -139,6 +129,16 @@ impl<'a, const D: usize> Referee<'a, D> {
         let score = principal + DISAGREEMENT * disagreement + RELATIVE * relative;
         Ok((Judgement { principal, disagreement, inside, calibration, score }, at_points))
     }
+}
+
+/// The node of a lattice at this place in C order.
+fn node<const D: usize>(axes: &[Vec<f64>; D], mut flat: usize) -> [f64; D] {
+    let mut x = [0.0; D];
+    for (x, axis) in x.iter_mut().zip(axes).rev() {
+        *x = axis[flat % axis.len()];
+        flat /= axis.len();
+    }
+    x
 }
 
 #[cfg(test)]

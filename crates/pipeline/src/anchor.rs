@@ -5,7 +5,7 @@
 
 use ndarray::ArrayD;
 
-use crate::domain::Domain;
+use crate::domain::{Domain, multi_index};
 
 /// The data alone speak within so many spacings (or cells, if those are larger) of them.
 const REACH: f64 = 0.7;
@@ -27,13 +27,11 @@ pub fn stiffness<const D: usize>(
     let shape = cells.map(|count| count + degree);
     let count: usize = shape.iter().product();
     (0..count)
-        .map(|mut flat| {
-            let mut node = vec![0; D];
-            for axis in (0..D).rev() {
-                // The node nearest to the middle of the basis function's support, within the box.
-                node[axis] = (flat % shape[axis]).saturating_sub((degree - 1) / 2).min(cells[axis]);
-                flat /= shape[axis];
-            }
+        .map(|flat| {
+            let index = multi_index(flat, &shape);
+            // The node nearest to the middle of the basis function's support, within the box.
+            let node: [usize; D] =
+                std::array::from_fn(|axis| index[axis].saturating_sub((degree - 1) / 2).min(cells[axis]));
             let t = (distance[&node[..]] / reach - 1.0).clamp(0.0, 1.0);
             full * t * t * (3.0 - 2.0 * t)
         })

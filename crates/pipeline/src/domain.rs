@@ -66,6 +66,16 @@ impl<const D: usize> Domain<D> {
     }
 }
 
+/// The multi-index of an entry of a C-ordered array of `shape`: the last axis is the fastest.
+pub(crate) fn multi_index<const D: usize>(mut flat: usize, shape: &[usize; D]) -> [usize; D] {
+    let mut index = [0; D];
+    for (i, size) in index.iter_mut().zip(shape).rev() {
+        *i = flat % size;
+        flat /= size;
+    }
+    index
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -80,5 +90,15 @@ mod tests {
         assert_eq!(domain.bottom(3).unwrap()[1].halved(), coarse[1]);
         assert_eq!(domain.nodes(1)[1].len(), 21);
         assert_eq!(fine[1].domain().1, *domain.nodes(2)[1].last().unwrap());
+    }
+
+    #[test]
+    fn the_last_axis_is_the_fastest() {
+        let shape = [3, 4, 5];
+        for flat in 0..60 {
+            let [i, j, k] = multi_index(flat, &shape);
+            assert!(i < 3 && j < 4 && k < 5);
+            assert_eq!((i * 4 + j) * 5 + k, flat);
+        }
     }
 }

@@ -7,6 +7,8 @@
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
 use ndarray::ArrayD;
 
+use crate::domain::multi_index;
+
 /// A point nearer than so many spacings (or cells, if those are larger) makes a site of its own needless.
 const NEAR: f64 = 0.3;
 
@@ -26,11 +28,7 @@ pub fn gap_sites<const D: usize>(
     let shape: [usize; D] = std::array::from_fn(|axis| nodes[axis].len());
     let mut sites = Vec::new();
     for flat in 0..values.len() {
-        let (mut index, mut rest) = ([0; D], flat);
-        for axis in (0..D).rev() {
-            index[axis] = rest % shape[axis];
-            rest /= shape[axis];
-        }
+        let index = multi_index(flat, &shape);
         let mut stride = 1;
         for axis in (0..D).rev() {
             if index[axis] + 1 < shape[axis] {

@@ -5,9 +5,10 @@
 
 use ndarray::ArrayD;
 use zeroset_bspline::{Derivatives, Spline};
+use zeroset_gefm::area_vectors;
 use zeroset_winding::{Options, Tree};
 
-use crate::domain::Domain;
+use crate::domain::{Domain, multi_index};
 use crate::error::ReconstructError;
 use crate::spacing::Spacing;
 
@@ -41,29 +42,19 @@ pub fn sign_field<const D: usize>(
     let mut value = f_hat.sample(&domain.nodes(halvings), [0; D]);
     let gradients = f_hat.evaluate(points, Derivatives::Gradient).gradients;
     let area = 1.0 / (calibration * spacing.density);
-    let areas: Vec<[f64; D]> = gradients
-        .iter()
-        .zip(&spacing.areas)
-        .map(|(g, share)| {
-            let norm = g.iter().map(|g| g * g).sum::<f64>().sqrt();
-            g.map(|g| if norm > 0.0 { area * share * g / norm } else { 0.0 })
-        })
-        .collect();
+    let areas: Vec<f64> = spacing.areas.iter().map(|share| area * share).collect();
+    let vectors = area_vectors(&gradients, &areas);
     let coarse = domain.nodes(0);
     let shape: [usize; D] = std::array::from_fn(|axis| coarse[axis].len());
     let count: usize = shape.iter().product();
     let nodes: Vec<[f64; D]> = (0..count)
-        .map(|mut flat| {
-            let mut x = [0.0; D];
-            for axis in (0..D).rev() {
-                x[axis] = coarse[axis][flat % shape[axis]];
-                flat /= shape[axis];
-            }
-            x
+        .map(|flat| {
+            let index = multi_index(flat, &shape);
+            std::array::from_fn(|axis| coarse[axis][index[axis]])
         })
         .collect();
     let options = Options { regularisation: spacing.typical, ..Options::default() };
-    let coarse_winding = Tree::new(points, options)?.with_normals(&areas)?.evaluate(&nodes)?;
+    let coarse_winding = Tree::new(points, options)?.with_normals(&vectors)?.evaluate(&nodes)?;
     let far = FAR * domain.spacing;
     let winding = ArrayD::from_shape_fn(value.raw_dim(), |index| {
         0.5 - interpolate(&coarse_winding, &shape, std::array::from_fn(|axis| index[axis]), halvings)

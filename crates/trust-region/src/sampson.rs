@@ -9,8 +9,7 @@ use crate::rows::{Rows, dot};
 ///
 /// NaN outside the box of the spline; infinite (or NaN on the zero set) where the gradient vanishes.
 pub fn sampson_distances<const D: usize>(f: &impl Implicit<D>, points: &[[f64; D]]) -> Vec<f64> {
-    let at = f.evaluate(points, Derivatives::Gradient);
-    at.values.iter().zip(&at.gradients).map(|(v, g)| v / dot(g, g).sqrt()).collect()
+    f.evaluate(points, Derivatives::Gradient).sampson_distances()
 }
 
 /// The points of the Sampson error with their weights.

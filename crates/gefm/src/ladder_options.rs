@@ -1,0 +1,46 @@
+//! What the ladder may try, and when it is content.
+
+/// Settings of [`climb`](crate::climb).
+#[derive(Debug, Clone, PartialEq)]
+pub struct LadderOptions {
+    /// Spacing s of the points, frame units.
+    pub spacing: f64,
+    /// Density ρ of the points: per unit length in 2D, per unit area in 3D, in frame units.
+    pub density: f64,
+    /// Smoothing lengths that may be tried, in spacings, ascending.
+    pub ratios: Vec<f64>,
+    /// The first to be tried; then longer ones as long as that helps, or else shorter ones.
+    pub likeliest: f64,
+    /// The first lattice: so many halvings of the base lattice.
+    pub first: u32,
+    /// The last lattice that may be climbed to.
+    pub last: u32,
+    /// No further lengths are tried once a candidate scores less.
+    pub content: f64,
+    /// Above this score of the best candidate the eigenvector is sought again on the next lattice.
+    pub doubtful: f64,
+    /// Relative residual of the solves on finer lattices.
+    pub tolerance: f64,
+}
+
+impl LadderOptions {
+    /// The defaults for points with spacing `spacing` and density `density`.
+    pub fn new(spacing: f64, density: f64) -> Self {
+        Self {
+            spacing,
+            density,
+            ratios: vec![0.2, 0.4, 0.8, 1.6, 3.2],
+            likeliest: 0.4,
+            first: 1,
+            last: 3,
+            content: 0.1,
+            doubtful: 0.25,
+            tolerance: 1e-3,
+        }
+    }
+
+    /// The weight of the thin-plate energy for a smoothing length of `ratio` spacings.
+    pub(crate) fn weight(&self, ratio: f64) -> f64 {
+        self.density * (ratio * self.spacing).powi(3)
+    }
+}

@@ -1,0 +1,38 @@
+//! What the ladder did.
+
+use serde::Serialize;
+
+use crate::referee::Judgement;
+
+/// One fit and what the referee said.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Candidate {
+    /// Halvings of the base lattice.
+    pub halvings: u32,
+    /// Number of control coefficients.
+    pub unknowns: usize,
+    /// Smoothing length in spacings.
+    pub ratio: f64,
+    /// Whether it was found from scratch, by an eigenvector, and not from the normals of an earlier candidate.
+    pub spectral: bool,
+    /// Iterations of the continuation.
+    pub iterations: usize,
+    /// The verdict.
+    pub judgement: Judgement,
+}
+
+/// What [`climb`](crate::climb) did.
+#[derive(Debug, Clone, PartialEq, Serialize, Default)]
+pub struct LadderReport {
+    /// All candidates in order.
+    pub candidates: Vec<Candidate>,
+    /// Index of the one that was chosen.
+    pub chosen: usize,
+}
+
+impl LadderReport {
+    /// The chosen candidate.
+    pub fn choice(&self) -> Option<&Candidate> {
+        self.candidates.get(self.chosen)
+    }
+}

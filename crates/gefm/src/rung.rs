@@ -1,0 +1,110 @@
+//! One lattice of the ladder: the normal equations there, and the fits that they give.
+
+use zeroset_bspline::{Collocation, KnotVector, Spline};
+use zeroset_multigrid::Multigrid;
+
+use crate::error::GefmError;
+use crate::fit::normalise;
+use crate::gradient_form::{apply_b, area_vectors};
+use crate::ladder_options::LadderOptions;
+use crate::lanczos::smallest_eigenpair;
+use crate::normal_solver::{Iterative, NormalSolver};
+use crate::p_continuation::{ContinuationOptions, continue_exponent};
+
+/// Most iterations per exponent: candidates that need more have never turned out well.
+const MOST_ITERATIONS: usize = 40;
+
+/// The points on one lattice, with a smoothing length that may be changed.
+pub(crate) struct Rung<'a, const D: usize> {
+    points: &'a [[f64; D]],
+    areas: &'a [f64],
+    options: &'a LadderOptions,
+    multigrid: Multigrid<D>,
+    collocation: Collocation<D>,
+    /// What the points pull at.
+    pull: Vec<f64>,
+    /// Halvings of the base lattice.
+    pub(crate) halvings: u32,
+    ratio: f64,
+}
+
+/// A fit, and how many iterations its continuation took.
+pub(crate) type Found<const D: usize> = Result<(Spline<D>, usize), GefmError>;
+
+impl<'a, const D: usize> Rung<'a, D> {
+    /// The lattice after `halvings` of `base`, with a smoothing length of `ratio` spacings; fits start from unit pulls at
+    /// the points along `directions`.
+    ///
+    /// # Errors
+    /// If the normal equations cannot be set up, or a point lies outside the lattice.
+    pub(crate) fn new(
+        (points, areas): (&'a [[f64; D]], &'a [f64]),
+        base: &[KnotVector; D],
+        halvings: u32,
+        ratio: f64,
+        directions: &[[f64; D]],
+        options: &'a LadderOptions,
+    ) -> Result<Self, GefmError> {
+        let multigrid = Multigrid::new(base, halvings, points, areas, options.weight(ratio))?;
+        let collocation = Collocation::new(multigrid.knots(), points)?;
+        let mut pull = vec![0.0; collocation.coefficient_count()];
+        collocation.add_gradients_transposed(&area_vectors(directions, areas), &mut pull);
+        Ok(Self { points, areas, options, multigrid, collocation, pull, halvings, ratio })
+    }
+
+    /// The smoothing length, in spacings.
+    pub(crate) fn ratio(&self) -> f64 {
+        self.ratio
+    }
+
+    /// Number of control coefficients.
+    pub(crate) fn unknowns(&self) -> usize {
+        self.multigrid.size()
+    }
+
+    /// Changes the smoothing length.
+    ///
+    /// # Errors
+    /// If the normal equations cannot be solved with it.
+    pub(crate) fn set_ratio(&mut self, ratio: f64) -> Result<(), GefmError> {
+        if ratio != self.ratio {
+            self.multigrid = self.multigrid.reweighted(self.options.weight(ratio))?;
+            self.ratio = ratio;
+        }
+        Ok(())
+    }
+
+    /// The fit at p = 1 that starts from the pulls.
+    pub(crate) fn continued(&self) -> Found<D> {
+        self.at_exponents(self.solve(&self.pull), &[1.0])
+    }
+
+    /// The fit from scratch: the eigenvector, or about it, for the continuation only needs to begin near it.
+    pub(crate) fn spectral(&self) -> Found<D> {
+        let apply_b = |f: &[f64]| apply_b(&self.collocation, self.areas, f);
+        let pair = smallest_eigenpair(|right| self.solve(right), apply_b, self.pull.clone(), 1e-2, 24);
+        let (f, _) = pair.ok_or(GefmError::NoGradient)?;
+        self.at_exponents(f, &[1.5, 1.0])
+    }
+
+    fn solve(&self, right: &[f64]) -> Vec<f64> {
+        let mut f = vec![0.0; right.len()];
+        self.solver().solve(right, &mut f);
+        f
+    }
+
+    fn solver(&self) -> Iterative<'_, D> {
+        Iterative { multigrid: &self.multigrid, tolerance: self.options.tolerance }
+    }
+
+    fn at_exponents(&self, f: Vec<f64>, exponents: &[f64]) -> Found<D> {
+        let settings = ContinuationOptions {
+            exponents: exponents.to_vec(),
+            most_iterations: MOST_ITERATIONS,
+            ..ContinuationOptions::default()
+        };
+        let (f, report) = continue_exponent(&self.collocation, &self.solver(), self.areas, f, &settings)?;
+        let f = normalise(&self.collocation, self.points, self.areas, self.multigrid.knots(), f)?;
+        Ok((f, report.stages.iter().map(|stage| stage.iterations).sum()))
+    }
+}
