@@ -7,8 +7,8 @@ use crate::error::ReconstructError;
 /// Settings of [`reconstruct`](crate::reconstruct). The defaults need no knob on ordinary data.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
-    /// Cells along the longest side of the points' bounding box on the final lattice, 8 to 1024. `None`: from the
-    /// spacing of the points.
+    /// Cells along the longest side of the points' bounding box on the finest level, 8 to 1024; where the points are denser
+    /// or sparser than usual, cells follow them. `None`: from the spacing of the points.
     pub resolution: Option<usize>,
     /// Degree of the B-splines, 2 to 5.
     pub degree: usize,

@@ -59,7 +59,7 @@ pub fn reconstruct<const D: usize>(
     options.check()?;
     let (frame, distinct) = Frame::of(points)?;
     let (heard, spacing) = heard(&distinct);
-    let (domain, halvings) = lattices(&frame, &spacing, options);
+    let Lattices { domain, halvings, levels } = lattices(&frame, &spacing, options);
     let mut road = Road { stages: Vec::new() };
 
     let few = thinned(&heard, spacing.typical).map(|few| (Spacing::of(&few), few));
@@ -104,6 +104,7 @@ pub fn reconstruct<const D: usize>(
             ratio,
             domain: &domain,
             halvings,
+            levels,
             distance: &distance,
             smoothing: options.smoothing.map(|length| length * frame.scale),
         };
@@ -130,6 +131,7 @@ pub fn reconstruct<const D: usize>(
             repeated: points.len() - distinct.len(),
             isolated: distinct.len() - heard.len(),
             spacing: spacing.typical / frame.scale,
+            noise: noise / frame.scale,
         },
         frame: FrameReport {
             origin: frame.origin.to_vec(),
@@ -235,23 +237,33 @@ fn heard<const D: usize>(distinct: &[[f64; D]]) -> (Vec<[f64; D]>, Spacing) {
     (heard, spacing)
 }
 
-fn lattices<const D: usize>(frame: &Frame<D>, spacing: &Spacing, options: &Options) -> (Domain<D>, u32) {
+/// The box, the halvings from its coarsest lattice to that of the initial shape, and how many levels above that are wanted
+/// at the typical spacing, if that is not for the spacing to say.
+struct Lattices<const D: usize> {
+    domain: Domain<D>,
+    halvings: u32,
+    levels: Option<u32>,
+}
+
+fn lattices<const D: usize>(frame: &Frame<D>, spacing: &Spacing, options: &Options) -> Lattices<D> {
     let coarse = coarse_cells::<D>(spacing);
+    // On one dense lattice no finer than 64 cells in 3D, for its cost grows with the cube.
+    let most = if D == 2 { 4 } else { 2 };
     match options.resolution {
         Some(cells) => {
             // As many halvings as leave a coarse lattice that topology can be decided on.
-            let halvings = (cells / coarse).max(1).ilog2();
-            (Domain::around(&frame.sides, cells.div_ceil(1 << halvings)), halvings)
+            let all = (cells / coarse).max(1).ilog2();
+            let halvings = if options.degree == 3 { all.min(most) } else { all };
+            let domain = Domain::around(&frame.sides, cells.div_ceil(1 << all));
+            Lattices { domain, halvings, levels: Some(all - halvings) }
         }
         None => {
             let domain = Domain::around(&frame.sides, coarse);
-            // Cells of about the spacing: finer ones would have more coefficients than data, coarser ones lose detail.
-            // On one dense lattice no finer than 64 cells in 3D, for its cost grows with the cube.
-            let most = if D == 2 { 4 } else { 2 };
+            // Cells of about the spacing, in 3D of a third of it, where sparse points leave gaps.
             let finer = if D == 2 { 0.0 } else { 1.5 };
             let halvings =
                 ((domain.spacing / spacing.typical).log2() + finer).round().clamp(1.0, f64::from(most)) as u32;
-            (domain, halvings)
+            Lattices { domain, halvings, levels: None }
         }
     }
 }

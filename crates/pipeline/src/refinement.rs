@@ -42,6 +42,8 @@ pub struct Refinement<'a, const D: usize> {
     pub domain: &'a Domain<D>,
     /// From the coarsest lattice to that of the initial shape.
     pub halvings: u32,
+    /// Levels above that lattice at the typical spacing, if that is not for the spacing to say.
+    pub levels: Option<u32>,
     /// d on the nodes of the initial shape's lattice.
     pub distance: &'a ArrayD<f64>,
     /// The smoothing length that is wanted, if not what the data suggest.
@@ -54,8 +56,12 @@ impl<const D: usize> Refinement<'_, D> {
     /// Level by level, finer where the points are denser. For cubics.
     pub fn on_levels(&self, initial: &Spline<D>) -> Refined<D> {
         let (spacing, cell) = (self.spacing.typical, self.domain.spacing(self.halvings));
-        let sides: Vec<f64> = self.spacing.local.iter().map(|s| FINEST_CELL * s).collect();
-        let levels = levels_for_spacing(cell, &sides, MOST_LEVELS);
+        let (finest, share) = match self.levels {
+            Some(levels) => (levels as u8, cell / f64::from(1u32 << levels) / spacing),
+            None => (MOST_LEVELS, FINEST_CELL),
+        };
+        let sides: Vec<f64> = self.spacing.local.iter().map(|s| share * s).collect();
+        let levels = levels_for_spacing(cell, &sides, finest);
         let near = ((NEAR * spacing / cell).ceil() as usize).clamp(BAND, WIDEST);
         let band = CellBand::new(initial.knots(), self.points, &levels, [near, BAND])?;
         let noise = (self.noise > NOISY * spacing).then_some(self.noise);
@@ -75,7 +81,7 @@ impl<const D: usize> Refinement<'_, D> {
         }
         let (spline, report) =
             trust_region::refine_levels(self.points, Some(&self.spacing.areas), initial, &band, &settings)?;
-        Ok((spline, StageFigures::Levels(report)))
+        Ok((spline, StageFigures::Refinement(report)))
     }
 
     /// On the lattice of the initial shape, as the paper does it. For any degree.
@@ -96,6 +102,6 @@ impl<const D: usize> Refinement<'_, D> {
         let degree = initial.knots()[0].degree();
         settings.stiffness = anchor::stiffness(self.domain, self.halvings, degree, self.distance, cell.max(spacing));
         let (spline, report) = trust_region::refine(self.points, Some(&self.spacing.areas), initial, &settings)?;
-        Ok((HierarchicalSpline::new(spline)?, StageFigures::Refinement(report)))
+        Ok((HierarchicalSpline::new(spline)?, StageFigures::DenseRefinement(report)))
     }
 }

@@ -36,6 +36,8 @@ pub struct TrustReport {
     pub unsure: f64,
     /// Share of the fitted points that lie farther from the zero set than the rest of the data explains.
     pub misfit: f64,
+    /// Share of the points where the gradient is shorter than 0.3 of its mean: inside and outside are hardly told apart.
+    pub flat: f64,
 }
 
 /// The points that were given.
@@ -51,6 +53,9 @@ pub struct InputReport {
     pub isolated: usize,
     /// Typical distance between neighbouring points, in the data's unit.
     pub spacing: f64,
+    /// Estimated standard deviation of the points' distances from their surface, in the data's unit; detail that is finer
+    /// than the spacing counts as noise.
+    pub noise: f64,
 }
 
 /// The unit frame and its lattices.
@@ -64,7 +69,7 @@ pub struct FrameReport {
     pub coarse_cells: Vec<usize>,
     /// Cells along each axis of the final lattice.
     pub cells: Vec<usize>,
-    /// Side of a cell of the final lattice, in the data's unit.
+    /// Side of a cell of the final lattice, in the data's unit; refinement may add finer levels.
     pub cell: f64,
 }
 
@@ -92,10 +97,10 @@ pub enum StageFigures {
     Sign(SignReport),
     /// Least-squares initial shape, equation (15).
     InitialShape(zeroset_lsq_init::Report),
-    /// Dynamic reconstruction, section 2.3.
-    Refinement(zeroset_trust_region::Report),
-    /// Dynamic reconstruction level by level, section 2.3 on levels that follow the surface.
-    Levels(zeroset_trust_region::LevelsReport),
+    /// Dynamic reconstruction, section 2.3, on levels that follow the surface.
+    Refinement(zeroset_trust_region::LevelsReport),
+    /// Dynamic reconstruction on one lattice, for degrees other than 3.
+    DenseRefinement(zeroset_trust_region::Report),
     /// Extraction of the zero set.
     Extraction(ExtractionReport),
 }
@@ -110,7 +115,7 @@ impl StageFigures {
             Self::Sign(_) => "sign",
             Self::InitialShape(_) => "initial-shape",
             Self::Refinement(_) => "refinement",
-            Self::Levels(_) => "levels",
+            Self::DenseRefinement(_) => "dense-refinement",
             Self::Extraction(_) => "extraction",
         }
     }

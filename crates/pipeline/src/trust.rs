@@ -1,6 +1,6 @@
 //! Whether the result can be trusted.
 
-use zeroset_bspline::{Implicit, KnotVector};
+use zeroset_bspline::{Derivatives, Implicit, KnotVector};
 use zeroset_gefm::Referee;
 use zeroset_trust_region::sampson_distances;
 
@@ -22,6 +22,11 @@ const FAR_OFF_MEDIANS: f64 = 8.0;
 /// More such points than this mean walls or gaps that the points cannot tell apart; creases have fewer.
 const MISFITS: f64 = 0.012;
 
+/// At a point where ‖∇f‖ is below this share of its mean, f hardly tells inside from outside.
+const FLAT: f64 = 0.3;
+/// With more such points than this, handles or tunnels between close walls may be wrong.
+const MANY_FLAT: f64 = 0.05;
+
 /// What winding numbers say of the final function f, and how it fits the points `fitted` with their `own` spacing.
 pub fn judge<const D: usize>(
     f: &impl Implicit<D>,
@@ -33,7 +38,15 @@ pub fn judge<const D: usize>(
     let referee = Referee::new(points, &spacing.areas, spacing.typical, spacing.density, knots)?;
     let (judgement, winding) = referee.judge(f)?;
     let unsure = winding.iter().filter(|w| (**w - 0.5).abs() > UNSURE).count() as f64 / winding.len() as f64;
-    Ok(TrustReport { judgement, unsure, misfit: misfit(f, fitted, own) })
+    Ok(TrustReport { judgement, unsure, misfit: misfit(f, fitted, own), flat: flat(f, fitted) })
+}
+
+/// Share of the points at which f is flat: the gradient of a distance has length 1, and averages 1 here.
+fn flat<const D: usize>(f: &impl Implicit<D>, points: &[[f64; D]]) -> f64 {
+    let gradients = f.evaluate(points, Derivatives::Gradient).gradients;
+    let norms: Vec<f64> = gradients.iter().map(|g| g.iter().map(|g| g * g).sum::<f64>().sqrt()).collect();
+    let mean = norms.iter().sum::<f64>() / norms.len() as f64;
+    norms.iter().filter(|norm| **norm < FLAT * mean).count() as f64 / norms.len() as f64
 }
 
 fn misfit<const D: usize>(f: &impl Implicit<D>, points: &[[f64; D]], spacing: &Spacing) -> f64 {
@@ -63,13 +76,21 @@ pub fn verdict(trust: &TrustReport) -> (Option<String>, Option<String>) {
         );
         return (Some(warning), None);
     }
-    let warning = (trust.misfit > MISFITS).then(|| {
+    let misfit = (trust.misfit > MISFITS).then(|| {
         format!(
             "{:.1} % of the points lie off the result, far more than the rest: walls or gaps there are thinner than the \
              points or the cells can tell apart; try a higher --resolution, or a denser scan",
             100.0 * trust.misfit
         )
     });
+    let flat = (trust.flat > MANY_FLAT).then(|| {
+        format!(
+            "at {:.1} % of the points inside and outside are hardly told apart: walls or gaps there are too thin for the \
+             sampling, and may be joined or pierced; try a denser scan",
+            100.0 * trust.flat
+        )
+    });
+    let warning = misfit.or(flat);
     (warning, None)
 }
 
@@ -96,5 +117,17 @@ mod tests {
         assert_eq!(share(&line(&|i| if i % 20 == 7 { 0.009 } else { 0.0 })), 0.05);
         // All as far off as each other: noise.
         assert_eq!(share(&line(&|i| if i % 2 == 0 { 0.009 } else { -0.008 })), 0.0);
+    }
+
+    #[test]
+    fn points_between_close_walls_are_flat() {
+        let knots = KnotVector::uniform(3, -1.0, 0.1, 20).unwrap();
+        let greville = |k: usize| -1.0 + 0.1 * (k as f64 - 1.0);
+        // f = x³ is flat around zero: |3x²| is below 0.3 of its mean over -0.9 ≤ x ≤ 0.9, 0.81, for |x| < 0.285.
+        let blossom = |k: usize| (-1..=1).map(|i| greville(k) + 0.1 * f64::from(i)).product::<f64>();
+        let f = Spline::from_flat([knots.clone(), knots], (0..23 * 23).map(|flat| blossom(flat / 23)).collect()).unwrap();
+        let points: Vec<[f64; 2]> = (0..1800).map(|i| [-0.9 + 0.001 * (f64::from(i) + 0.5), 0.0]).collect();
+        // To a few points on each side: the mean over the points is not the integral.
+        assert!((flat(&f, &points) - 0.285 / 0.9).abs() < 0.01);
     }
 }
