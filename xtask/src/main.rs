@@ -1,9 +1,11 @@
-//! Project tasks: `cargo xtask ci`, `cargo xtask compare`, `cargo xtask golden`, `cargo xtask paper`.
+//! Project tasks: `cargo xtask ci`, `cargo xtask compare`, `cargo xtask golden`, `cargo xtask paper`,
+//! `cargo xtask sample`.
 
 mod ci;
 mod compare;
 mod golden;
 mod paper;
+mod sample;
 
 use std::path::Path;
 use std::process::{Command, ExitCode};
@@ -33,6 +35,8 @@ enum Task {
     },
     /// Redo the paper: Table 1, the figures, its claim measured. Writes docs/paper.
     Paper,
+    /// Draw random points from a triangle mesh, uniform by area: inputs of known shape, of any size.
+    Sample(sample::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -44,6 +48,7 @@ fn main() -> ExitCode {
         Task::Golden { regenerate: true } => golden::regenerate(&root),
         Task::Paper if cfg!(debug_assertions) => in_release("paper"),
         Task::Paper => paper::run(&root),
+        Task::Sample(arguments) => sample::run(&arguments),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -268,6 +268,14 @@ impl<const D: usize> HierarchicalSpline<D> {
         Self::with_levels(self.root.scaled(factor)?, self.scaled_levels(factor))
     }
 
+    /// The function plus a constant, which `f₀` takes up ([`Spline::plus_constant`]): the corrections remain.
+    ///
+    /// # Errors
+    /// If a coefficient overflows, or the constant is not finite.
+    pub fn plus_constant(&self, constant: f64) -> Result<Self, HierarchyError> {
+        Self::with_levels(self.root.plus_constant(constant)?, self.scaled_levels(1.0))
+    }
+
     /// The function in other coordinates: `y = scale · x + shift`, and values times `scale`, so that a signed distance
     /// stays one.
     ///

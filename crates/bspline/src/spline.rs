@@ -139,6 +139,14 @@ impl<const D: usize> Spline<D> {
         Self::new(self.knots.clone(), &self.coefficients * factor)
     }
 
+    /// The function plus a constant: the basis functions sum to 1, so that every coefficient grows by it.
+    ///
+    /// # Errors
+    /// If a coefficient overflows, or the constant is not finite.
+    pub fn plus_constant(&self, constant: f64) -> Result<Self, SplineError> {
+        Self::new(self.knots.clone(), &self.coefficients + constant)
+    }
+
     /// The function in other coordinates: `y = scale · x + shift`, and values times `scale`, so that a signed distance
     /// stays one.
     ///

@@ -301,3 +301,46 @@ proptest! {
         prop_assert_eq!(crossing, expected);
     }
 }
+
+fn grows_by<const D: usize>(f: &HierarchicalSpline<D>, constant: f64, seed: u64) -> Result<(), TestCaseError> {
+    let g = f.plus_constant(constant).unwrap();
+    for x in probes(f.domain(), seed) {
+        let ((before, gradient), (after, same)) = (f.value_and_gradient(&x), g.value_and_gradient(&x));
+        // Rounding of numbers of size 1 and of the constant's, through sums of 4^D products and three levels.
+        let tolerance = 1e-13 * (1.0 + constant.abs());
+        prop_assert!((after - before - constant).abs() < tolerance, "{before} becomes {after} at {x:?}");
+        // Differences of coefficients over cells of at least 1/32.
+        prop_assert!((0..D).all(|a| (same[a] - gradient[a]).abs() < 1e3 * tolerance), "{gradient:?} becomes {same:?}");
+    }
+    let corrections = |f: &HierarchicalSpline<D>| -> Vec<Vec<f64>> {
+        f.levels().iter().map(|level| level.corrections().to_vec()).collect()
+    };
+    prop_assert_eq!(corrections(&g), corrections(f));
+    Ok(())
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(16))]
+
+    #[test]
+    fn a_constant_is_added_everywhere(seed in 0u64..1000, constant in -100.0..100.0f64) {
+        grows_by(&hierarchy::<2>(seed, 1.0), constant, seed)?;
+        grows_by(&hierarchy::<3>(seed, 1.0), constant, seed)?;
+    }
+}
+
+#[test]
+fn a_constant_is_added_on_any_knots_and_must_be_finite() {
+    let knots = [KnotVector::clamped(2, &[0.0, 0.3, 1.0]).unwrap(), KnotVector::uniform(2, 0.0, 0.5, 2).unwrap()];
+    let f = Spline::from_flat(knots, scattered(16, 7)).unwrap();
+    let g = f.plus_constant(0.25).unwrap();
+    for x in [[0.0, 0.0], [0.3, 0.5], [0.7, 0.1], [1.0, 1.0]] {
+        // Rounding of a sum of nine products.
+        assert!((g.value(&x) - f.value(&x) - 0.25).abs() < 1e-15 * 9.0, "{x:?}");
+    }
+    assert_eq!(f.plus_constant(0.0).unwrap(), f);
+    for constant in [f64::NAN, f64::INFINITY] {
+        assert!(f.plus_constant(constant).is_err());
+        assert!(hierarchy::<2>(1, 1.0).plus_constant(constant).is_err());
+    }
+}

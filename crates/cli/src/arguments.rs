@@ -126,7 +126,8 @@ pub struct Mesh {
     /// Where to write, repeatable: mesh .ply .obj .stl .glb (3D), curve .svg .json .csv .dxf (2D)
     #[arg(short, long, value_name = "FILE", required = true)]
     pub output: Vec<PathBuf>,
-    /// Cells along the longest side of the function's box, 2 to 4096 [default: the function's own finest ones, 96 to 512]
+    /// At least this many cells along the longest side of the function's box, 2 to 4096: its coarsest cells are halved as often as
+    /// that takes, and at least down to its finest ones. Time and memory grow with the square [default: 96]
     #[arg(long, value_name = "CELLS")]
     pub resolution: Option<usize>,
     /// Extract f = VALUE in place of f = 0, in the unit of the points: positive values lie outside, negative inside. Near the surface

@@ -1,4 +1,4 @@
-//! Lattices on which saved functions are sampled.
+//! Lattices on which saved functions are sampled, and cells in which their zero sets are searched for.
 
 use zeroset::bspline::HierarchicalSpline;
 
@@ -32,4 +32,60 @@ pub fn nodes<const D: usize>(spline: &HierarchicalSpline<D>, spacing: f64) -> Re
     Ok(std::array::from_fn(|axis| {
         (0..=cells[axis] as usize).map(|i| (lower[axis] + i as f64 * spacing).min(upper[axis])).collect()
     }))
+}
+
+/// How often the cells of the dense lattice must be halved to have at least this many along the longest side of the box. (The zero
+/// set is never searched for on cells coarser than the function's finest.)
+pub fn halvings<const D: usize>(spline: &HierarchicalSpline<D>, cells: usize) -> u32 {
+    let (lower, upper) = spline.domain();
+    let knots = spline.root().knots().iter().enumerate();
+    let longest = knots.max_by(|(a, _), (b, _)| (upper[*a] - lower[*a]).total_cmp(&(upper[*b] - lower[*b])));
+    let own = longest.map_or(1, |(_, knots)| knots.cells().count().max(1));
+    cells.div_ceil(own).next_power_of_two().ilog2()
+}
+
+/// Refuses too fine a search where all parts of the dense lattice's crossed cells are looked at: in functions that are no uniform
+/// cubics. In uniform cubics, with levels or without, parts far from the zero set are left out.
+pub fn check_search<const D: usize>(spline: &HierarchicalSpline<D>, halvings: u32) -> Result<(), Failure> {
+    if spline.next_extent().is_ok() {
+        return Ok(());
+    }
+    let bounds = spline.root().cell_bounds();
+    let crossed = bounds.lower.iter().zip(&bounds.upper).filter(|(lower, upper)| **lower < 0.0 && **upper >= 0.0);
+    let count = crossed.count() as f64 * 2.0_f64.powi(D as i32 * halvings as i32);
+    if count > MOST_NODES {
+        return Err(Failure::usage(format!(
+            "{count:.1e} cells, parts of those of a function that is no uniform cubic, are too many: ask for fewer"
+        )));
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use zeroset::bspline::{KnotVector, Spline};
+
+    use super::*;
+
+    fn function(degree: usize, cells: [usize; 3]) -> HierarchicalSpline<3> {
+        let knots = cells.map(|cells| KnotVector::uniform(degree, 0.0, 0.5, cells).unwrap());
+        let count: usize = knots.iter().map(KnotVector::basis_count).product();
+        let coefficients = (0..count).map(|k| if k % 2 == 0 { 1.0 } else { -1.0 }).collect();
+        HierarchicalSpline::new(Spline::from_flat(knots, coefficients).unwrap()).unwrap()
+    }
+
+    #[test]
+    fn cells_are_halved_just_often_enough() {
+        let f = function(3, [5, 12, 7]);
+        let found = [1, 12, 13, 24, 25, 96, 97, 4096].map(|cells| halvings(&f, cells));
+        assert_eq!(found, [0, 0, 1, 1, 2, 3, 4, 9]);
+    }
+
+    #[test]
+    fn only_searches_by_volume_are_limited() {
+        let (cubic, quadratic) = (function(3, [5, 12, 7]), function(2, [5, 12, 7]));
+        assert!(check_search(&cubic, 12).is_ok() && check_search(&quadratic, 7).is_ok());
+        // All 420 cells are crossed: 420 · 8^8 parts.
+        assert!(check_search(&quadratic, 8).unwrap_err().to_string().contains("7.0e9 cells"));
+    }
 }

@@ -1,8 +1,10 @@
 //! `zeroset mesh`.
 
+use std::fmt::Display;
+
 use zeroset::bspline::HierarchicalSpline;
-use zeroset::isosurface::{self, ImplicitFunction, LatticeSamples, Report};
-use zeroset_io::{CURVE_EXTENSIONS, MESH_EXTENSIONS, OutputKind};
+use zeroset::isosurface::{self, Report};
+use zeroset_io::{CURVE_EXTENSIONS, MESH_EXTENSIONS, OutputKind, SplineFile};
 
 use crate::Say;
 use crate::arguments::Mesh;
@@ -13,23 +15,6 @@ use crate::zero_set::{describe_curve, describe_surface, write_curves, write_mesh
 
 /// Chords over cells larger than this part of the box would show.
 const FINE_ENOUGH: usize = 96;
-
-/// `f − iso`.
-struct Shifted<'a, const D: usize> {
-    spline: &'a HierarchicalSpline<D>,
-    iso: f64,
-}
-
-impl<const D: usize> ImplicitFunction<D> for Shifted<'_, D> {
-    fn value(&self, x: &[f64; D]) -> f64 {
-        self.spline.value(x) - self.iso
-    }
-
-    fn value_and_gradient(&self, x: &[f64; D]) -> (f64, [f64; D]) {
-        let (value, gradient) = self.spline.value_and_gradient(x);
-        (value - self.iso, gradient)
-    }
-}
 
 pub fn run(arguments: &Mesh, say: Say) -> Result<(), Failure> {
     for path in &arguments.output {
@@ -49,14 +34,10 @@ pub fn run(arguments: &Mesh, say: Say) -> Result<(), Failure> {
     for path in &arguments.output {
         zeroset_io::extension_among(path, extensions).map_err(Failure::usage)?;
     }
-    let refuse = |error: isosurface::Error| {
-        Failure::input(format!("{}, f = {}: {error}", arguments.spline.display(), arguments.iso))
-    };
     let found = if file.dimension() == 2 {
-        let (origin, spline) = to_spline::<2>(&arguments.spline, &file)?;
-        let f = Shifted { spline: &spline, iso: arguments.iso };
-        let (mut curves, found) =
-            isosurface::curve(&samples(arguments, &f)?, Some(&f), &Default::default()).map_err(refuse)?;
+        let (origin, f, halvings) = function::<2>(arguments, &file)?;
+        let found = isosurface::curve_of(&f, halvings, &Default::default());
+        let (mut curves, found) = found.map_err(|error| refused(arguments, error))?;
         curves.loops.iter_mut().flatten().for_each(|vertex| shift(vertex, &origin));
         say.line(describe_curve(&curves.topology()));
         for path in &arguments.output {
@@ -64,10 +45,9 @@ pub fn run(arguments: &Mesh, say: Say) -> Result<(), Failure> {
         }
         found
     } else {
-        let (origin, spline) = to_spline::<3>(&arguments.spline, &file)?;
-        let f = Shifted { spline: &spline, iso: arguments.iso };
-        let (mut mesh, found) =
-            isosurface::surface(&samples(arguments, &f)?, Some(&f), &Default::default()).map_err(refuse)?;
+        let (origin, f, halvings) = function::<3>(arguments, &file)?;
+        let found = isosurface::surface_of(&f, halvings, &Default::default());
+        let (mut mesh, found) = found.map_err(|error| refused(arguments, error))?;
         mesh.vertices.iter_mut().for_each(|vertex| shift(vertex, &origin));
         say.line(describe_surface(&mesh, &mesh.topology()));
         for path in &arguments.output {
@@ -82,22 +62,20 @@ pub fn run(arguments: &Mesh, say: Say) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The function on a lattice that fills its box.
-fn samples<const D: usize>(arguments: &Mesh, f: &Shifted<'_, D>) -> Result<LatticeSamples<D>, Failure> {
-    let cells = arguments.resolution.unwrap_or_else(|| lattice::own_cells(f.spline).max(FINE_ENOUGH));
-    let spacing = lattice::longest_side(f.spline) / cells as f64;
-    let mut axes = lattice::nodes(f.spline, spacing)?;
-    let (_, upper) = f.spline.domain();
-    for (axis, end) in axes.iter_mut().zip(upper) {
-        match axis.last_mut() {
-            // A smaller cell fills the rest.
-            Some(last) if end - *last > 1e-3 * spacing => axis.push(end),
-            Some(last) => *last = end,
-            None => {}
-        }
-    }
-    let values = f.spline.sample(&axes, [0; D]) - f.iso;
-    LatticeSamples::new(axes, values).map_err(Failure::internal)
+/// The origin, `f − iso`, and how often the root's cells are halved.
+fn function<const D: usize>(
+    arguments: &Mesh,
+    file: &SplineFile,
+) -> Result<([f64; D], HierarchicalSpline<D>, u32), Failure> {
+    let (origin, spline) = to_spline::<D>(&arguments.spline, file)?;
+    let f = spline.plus_constant(-arguments.iso).map_err(|error| refused(arguments, error))?;
+    let halvings = lattice::halvings(&f, arguments.resolution.unwrap_or(FINE_ENOUGH));
+    lattice::check_search(&f, halvings)?;
+    Ok((origin, f, halvings))
+}
+
+fn refused(arguments: &Mesh, error: impl Display) -> Failure {
+    Failure::input(format!("{}, f = {}: {error}", arguments.spline.display(), arguments.iso))
 }
 
 fn shift<const D: usize>(vertex: &mut [f64; D], origin: &[f64; D]) {

@@ -31,7 +31,7 @@ pub const SPLINE_EXTENSIONS: &[&str] = &["npz"];
 pub const FIELD_EXTENSIONS: &[&str] = &["npy", "npz", "exr", "vti"];
 /// Extensions of the files that [`crate::write_table`] writes.
 pub const TABLE_EXTENSIONS: &[&str] = &["csv", "txt", "npy"];
-/// Extension of the files that [`crate::write_oriented`] writes.
+/// Extension of the files that [`crate::write_oriented`] and [`crate::write_points`] write.
 pub const ORIENTED_EXTENSIONS: &[&str] = &["ply"];
 /// Extension of the files that [`crate::write_report`] writes.
 pub const REPORT_EXTENSIONS: &[&str] = &["json"];

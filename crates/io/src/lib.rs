@@ -52,6 +52,7 @@ mod npy;
 mod npz;
 mod obj_points;
 mod oriented;
+mod ply_cloud;
 mod ply_header;
 mod ply_points;
 mod ply_writer;
@@ -79,6 +80,7 @@ pub use extension::{
 pub use field::{Field, write_field};
 pub use mesh::{TriMesh, write_mesh};
 pub use oriented::write_oriented;
+pub use ply_cloud::write_points;
 pub use point_format::{PointFormat, parse_points};
 pub use points::{Dimension, PointSet, Points, read_points, read_points_as};
 pub use read_error::{Malformed, Place, ReadError};

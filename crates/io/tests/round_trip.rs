@@ -8,8 +8,8 @@ use ndarray_npy::{NpzReader, WriteNpyExt};
 use proptest::prelude::*;
 use zeroset_io::{
     Curves, EvaluationTable, Field, PointFormat, PointSet, Points, SplineFile, SplineLevel, TriMesh, WriteError,
-    parse_points, read_points, read_spline, write_curves, write_field, write_mesh, write_oriented, write_report,
-    write_spline, write_table,
+    parse_points, read_points, read_spline, write_curves, write_field, write_mesh, write_oriented, write_points,
+    write_report, write_spline, write_table,
 };
 
 const TETRAHEDRON: [[f64; 3]; 4] = [[0.1, 0.0, 0.0], [5e6 + 0.1, 0.0, 0.0], [0.0, 1.0 / 3.0, 0.0], [0.0, 0.0, -1e-300]];
@@ -136,6 +136,19 @@ fn oriented_points_come_back_with_their_normals() {
     let set = space(&path);
     assert_eq!((set.points, set.normals), (vec![[1.0, 2.0, 0.0]], Some(vec![[0.0, 1.0, 0.0]])));
     assert!(matches!(write_oriented(&path, &[[1.0, 2.0]], &[], &[1.0]), Err(WriteError::Invalid { .. })));
+}
+
+#[test]
+fn points_alone_come_back_bit_for_bit() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("points.ply");
+    let points = [[0.1, -0.0, 1e-310], [f64::MAX, 1.0 / 3.0, -7.0]];
+    write_points(&path, &points).unwrap();
+    let set = space(&path);
+    assert_eq!((bits(&set.points), set.normals), (bits(&points), None));
+    let text = String::from_utf8_lossy(&std::fs::read(&path).unwrap()).into_owned();
+    assert!(text.contains("element vertex 2\n") && !text.contains("element face"), "{text}");
+    assert!(matches!(write_points(path.with_extension("xyz"), &points), Err(WriteError::UnknownExtension(_))));
 }
 
 #[test]

@@ -1,0 +1,56 @@
+//! Random points of a triangle mesh: inputs of known shape, of any size.
+
+mod random;
+mod surface;
+#[cfg(test)]
+mod tests;
+mod triangles;
+
+use std::path::PathBuf;
+
+use anyhow::{Context, Result, bail};
+use clap::Args;
+
+use random::Random;
+use surface::Surface;
+
+/// More points than this would need gigabytes.
+const MOST_POINTS: usize = 100_000_000;
+
+/// What `sample` is told.
+#[derive(Args)]
+pub struct Arguments {
+    /// The mesh: .ply, or .npz with the arrays verts (or vertices), n × 3, and faces, m × 3
+    mesh: PathBuf,
+    /// Number of points, 1 to 100 000 000
+    #[arg(long, value_name = "N")]
+    points: usize,
+    /// The same seed gives the same points
+    #[arg(long, value_name = "S", default_value_t = 0)]
+    seed: u64,
+    /// Standard deviation of Gaussian noise along the triangles' normals, in the mesh's unit
+    #[arg(long, value_name = "SIGMA", default_value_t = 0.0, allow_negative_numbers = true)]
+    noise: f64,
+    /// Where to write the points (.ply)
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+}
+
+/// Samples and writes.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    let &Arguments { points: count, seed, noise, .. } = arguments;
+    if !(1..=MOST_POINTS).contains(&count) {
+        bail!("--points {count}: it must be between 1 and {MOST_POINTS}");
+    }
+    if !(noise.is_finite() && noise >= 0.0) {
+        bail!("--noise {noise}: a length of zero or more is needed");
+    }
+    let (mesh, output) = (&arguments.mesh, &arguments.output);
+    let surface = triangles::read(mesh).and_then(Surface::new).with_context(|| mesh.display().to_string())?;
+    let mut random = Random(seed);
+    let points: Vec<[f64; 3]> = (0..count).map(|_| surface.point(&mut random, noise)).collect();
+    zeroset_io::write_points(output, &points)?;
+    let triangles = surface.triangles().len();
+    eprintln!("wrote {}: {count} points of {triangles} triangles of area {:.6}", output.display(), surface.area());
+    Ok(())
+}

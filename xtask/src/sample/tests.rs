@@ -1,0 +1,183 @@
+//! What is drawn from small meshes.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use ndarray::{Array2, array};
+use ndarray_npy::NpzWriter;
+use zeroset_io::{Points, read_points};
+
+use super::surface::{length, normal};
+use super::triangles::Triangle;
+use super::*;
+
+/// Two triangles of area 1 and 3 that share no plane, a third without area, and a square of area 4 far away.
+const MESH: &str = "ply\nformat ascii 1.0\nelement vertex 9\nproperty float x\nproperty float y\nproperty float z\n\
+    element face 4\nproperty list uchar int vertex_indices\nend_header\n\
+    0 0 0\n2 0 0\n0 1 0\n0 0 3\n0 2 0\n10 10 10\n10 12 10\n10 12 12\n10 10 12\n\
+    3 0 1 2\n3 0 4 3\n3 0 1 1\n4 5 6 7 8\n";
+
+fn arguments(mesh: PathBuf, points: usize, seed: u64, noise: f64) -> Arguments {
+    let output = mesh.with_file_name(format!("{points}-{seed}-{noise}.ply"));
+    Arguments { mesh, points, seed, noise, output }
+}
+
+fn file(folder: &Path, text: &str) -> PathBuf {
+    let path = folder.join("mesh.ply");
+    fs::write(&path, text).unwrap();
+    path
+}
+
+fn sampled(arguments: &Arguments) -> Vec<[f64; 3]> {
+    run(arguments).unwrap();
+    match read_points(&arguments.output).unwrap() {
+        Points::Three(set) => set.points,
+        Points::Two(_) => panic!("three coordinates were written"),
+    }
+}
+
+/// Weights of the corners, and the height above the plane.
+fn place(point: &[f64; 3], triangle: &Triangle) -> ([f64; 3], f64) {
+    let whole = normal(triangle);
+    let dot = |a: &[f64; 3], b: &[f64; 3]| (0..3).map(|k| a[k] * b[k]).sum::<f64>();
+    let weights = std::array::from_fn(|k| {
+        let mut part = *triangle;
+        part[k] = *point;
+        dot(&normal(&part), &whole) / dot(&whole, &whole)
+    });
+    let from = std::array::from_fn(|k| point[k] - triangle[0][k]);
+    (weights, dot(&from, &whole) / length(&whole))
+}
+
+#[test]
+fn points_lie_on_the_triangles_in_proportion_to_area() {
+    let folder = tempfile::tempdir().unwrap();
+    let mesh = file(folder.path(), MESH);
+    let triangles = triangles::read(&mesh).unwrap();
+    let surface = Surface::new(triangles).unwrap();
+    assert_eq!((surface.triangles().len(), surface.area()), (4, 8.0), "the square is two triangles");
+    let count = 40_000;
+    let points = sampled(&arguments(mesh, count, 7, 0.0));
+    assert_eq!(points.len(), count);
+    let (mut hits, mut sums) = ([0.0; 4], [[0.0; 3]; 4]);
+    for point in &points {
+        // Rounding of coordinates up to 12.
+        let on = |triangle: &Triangle| {
+            let (weights, height) = place(point, triangle);
+            weights.iter().all(|w| *w > -1e-12) && height.abs() < 1e-12
+        };
+        let k = surface.triangles().iter().position(on).expect("on a triangle");
+        hits[k] += 1.0;
+        let (weights, _) = place(point, &surface.triangles()[k]);
+        (0..3).for_each(|corner| sums[k][corner] += weights[corner]);
+    }
+    for (k, area) in [1.0, 3.0, 2.0, 2.0].into_iter().enumerate() {
+        let share: f64 = area / 8.0;
+        let deviation = (share * (1.0 - share) / count as f64).sqrt();
+        // Four standard deviations.
+        assert!((hits[k] / count as f64 - share).abs() < 4.0 * deviation, "{hits:?}");
+        // Uniform weights have mean 1/3 and variance 1/18.
+        assert!(
+            sums[k].iter().all(|sum| (sum / hits[k] - 1.0 / 3.0).abs() < 4.0 / (18.0 * hits[k]).sqrt()),
+            "{sums:?}"
+        );
+    }
+}
+
+#[test]
+fn noise_is_gaussian_along_the_normal() {
+    let folder = tempfile::tempdir().unwrap();
+    let one = MESH.replace("element face 4", "element face 1");
+    let mesh = file(folder.path(), one.split_inclusive("3 0 1 2\n").next().unwrap());
+    let triangle = triangles::read(&mesh).unwrap()[0];
+    let (count, sigma) = (20_000, 0.25);
+    let heights: Vec<f64> = sampled(&arguments(mesh, count, 3, sigma))
+        .iter()
+        .map(|point| {
+            let (weights, height) = place(point, &triangle);
+            assert!(weights.iter().all(|w| *w > -1e-12), "above the triangle, up to rounding");
+            height / sigma
+        })
+        .collect();
+    let n = count as f64;
+    let moment = |power: i32| heights.iter().map(|h| h.powi(power)).sum::<f64>() / n;
+    // Four standard deviations of the moments of a Gaussian: variances 1, 2, 96 over n.
+    assert!(moment(1).abs() < 4.0 / n.sqrt());
+    assert!((moment(2) - 1.0).abs() < 4.0 * (2.0 / n).sqrt());
+    assert!((moment(4) - 3.0).abs() < 4.0 * (96.0 / n).sqrt());
+}
+
+#[test]
+fn the_seed_decides_every_byte() {
+    let folder = tempfile::tempdir().unwrap();
+    let mesh = file(folder.path(), MESH);
+    let bytes = |seed: u64, noise: f64| {
+        let arguments = arguments(mesh.clone(), 500, seed, noise);
+        run(&arguments).unwrap();
+        fs::read(&arguments.output).unwrap()
+    };
+    assert_eq!(bytes(1, 0.1), bytes(1, 0.1));
+    assert_ne!(bytes(1, 0.1), bytes(2, 0.1));
+    assert_ne!(bytes(1, 0.1), bytes(1, 0.0));
+}
+
+#[test]
+fn archives_are_read_in_both_precisions() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("mesh.npz");
+    let vertices: Array2<f64> = array![[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    let expected = vec![[[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 1.0, 0.0]]];
+    let mut npz = NpzWriter::new_compressed(fs::File::create(&path).unwrap());
+    npz.add_array("verts", &vertices.mapv(|c| c as f32)).unwrap();
+    npz.add_array("faces", &array![[0i32, 1, 2]]).unwrap();
+    npz.finish().unwrap();
+    assert_eq!(triangles::read(&path).unwrap(), expected);
+    let mut npz = NpzWriter::new(fs::File::create(&path).unwrap());
+    // Columns first.
+    npz.add_array("vertices", &vertices.t().as_standard_layout().t()).unwrap();
+    npz.add_array("triangles", &array![[0i64, 1, 2]]).unwrap();
+    npz.finish().unwrap();
+    assert_eq!(triangles::read(&path).unwrap(), expected);
+
+    let refused = |vertices: Array2<f64>, name: &str, faces: Array2<i64>, part: &str| {
+        let mut npz = NpzWriter::new(fs::File::create(&path).unwrap());
+        npz.add_array("verts", &vertices).unwrap();
+        npz.add_array(name, &faces).unwrap();
+        npz.finish().unwrap();
+        let text = format!("{:#}", run(&arguments(path.clone(), 5, 1, 0.0)).unwrap_err());
+        assert!(text.contains("mesh.npz") && text.contains(part), "{text}");
+    };
+    refused(vertices.clone(), "triangle", array![[0, 1, 2]], "no array \"faces\"");
+    refused(vertices.clone(), "faces", array![[0, 1]], "m × 3");
+    refused(vertices.clone(), "faces", array![[0, 1, -1]], "face 0 names vertex -1, but there are 3");
+    refused(vertices.t().to_owned() * 1e200, "faces", array![[0, 1, 2]], "not a finite number");
+    refused(array![[0.0, 0.0]], "faces", array![[0, 0, 0]], "n × 3");
+}
+
+#[test]
+fn what_gives_no_points_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let refused = |arguments: Arguments, part: &str| {
+        let text = format!("{:#}", run(&arguments).unwrap_err());
+        assert!(text.contains(part) && !arguments.output.exists(), "{text}");
+    };
+    let mesh = file(folder.path(), MESH);
+    refused(arguments(mesh.clone(), 0, 1, 0.0), "between 1 and 100000000");
+    refused(arguments(mesh.clone(), 100_000_001, 1, 0.0), "between 1 and 100000000");
+    refused(arguments(mesh.clone(), 5, 1, -0.1), "--noise -0.1");
+    refused(arguments(mesh.clone(), 5, 1, f64::NAN), "--noise NaN");
+    refused(arguments(mesh.with_file_name("none.ply"), 5, 1, 0.0), "none.ply: cannot be read");
+    refused(arguments(mesh.with_file_name("mesh.xyz"), 5, 1, 0.0), ".ply and .npz");
+    let wrong = Arguments { output: mesh.with_extension("xyz"), ..arguments(mesh, 5, 1, 0.0) };
+    refused(wrong, "known: .ply");
+    let changed = |from: &str, to: &str, part: &str| {
+        assert!(MESH.contains(from));
+        refused(arguments(file(folder.path(), &MESH.replace(from, to)), 5, 1, 0.0), part);
+    };
+    changed("face 4", "face 0", "no triangles");
+    changed("element face", "element side", "no element \"face\"");
+    changed("3 0 1 2\n3 0 4 3\n3 0 1 1\n4 5 6 7 8\n", "3 0 1 0\n3 0 0 3\n3 0 1 1\n2 5 6\n", "no area");
+    changed("3 0 4 3", "3 0 9 3", "face 1 names vertex 9, but there are 9");
+    changed("property float z\n", "property float w\n", "vertex 0 is at");
+    changed("ply\n", "plx\n", "not a PLY file");
+}
