@@ -64,7 +64,8 @@ pub struct Reconstruct {
     /// Write the report: stages, figures, topology of the result (.json)
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub report: Option<PathBuf>,
-    /// Cells along the longest side of the points' bounding box, 8 to 1024 [default: from the spacing of the points]
+    /// Cells along the longest side of the points' bounding box on the finest level, 8 to 1024 [default: from the spacing of
+    /// the points]
     #[arg(long, value_name = "CELLS", help_heading = "Fit")]
     pub resolution: Option<usize>,
     /// Smooth away detail below this length, in the unit of the points [default: automatic]

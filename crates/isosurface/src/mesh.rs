@@ -51,15 +51,30 @@ impl TriMesh {
 
     /// Sum of the triangles' areas.
     pub fn area(&self) -> f64 {
-        let area = |triangle: &[u32; 3]| {
-            let [a, b, c] = triangle.map(|v| self.vertices[v as usize]);
-            let cross = |k: usize| {
-                let (l, m) = ((k + 1) % 3, (k + 2) % 3);
-                (b[l] - a[l]) * (c[m] - a[m]) - (b[m] - a[m]) * (c[l] - a[l])
-            };
-            0.5 * (0..3).map(|k| cross(k).powi(2)).sum::<f64>().sqrt()
+        self.triangles.iter().map(|triangle| self.triangle_area(triangle)).sum()
+    }
+
+    fn triangle_area(&self, triangle: &[u32; 3]) -> f64 {
+        let [a, b, c] = triangle.map(|v| self.vertices[v as usize]);
+        let cross = |k: usize| {
+            let (l, m) = ((k + 1) % 3, (k + 2) % 3);
+            (b[l] - a[l]) * (c[m] - a[m]) - (b[m] - a[m]) * (c[l] - a[l])
         };
-        self.triangles.iter().map(area).sum()
+        0.5 * (0..3).map(|k| cross(k).powi(2)).sum::<f64>().sqrt()
+    }
+
+    /// The area of every connected component, in the order of their first vertices.
+    pub fn component_areas(&self) -> Vec<f64> {
+        let mut sets = UnionFind::new(self.vertices.len());
+        for &[a, b, c] in &self.triangles {
+            sets.join(a as usize, b as usize);
+            sets.join(b as usize, c as usize);
+        }
+        let mut areas = std::collections::BTreeMap::new();
+        for triangle in &self.triangles {
+            *areas.entry(sets.find(triangle[0] as usize)).or_insert(0.0) += self.triangle_area(triangle);
+        }
+        areas.into_values().collect()
     }
 
     /// Counts components, genus, holes and branches.
@@ -142,6 +157,10 @@ mod tests {
         let topology = mesh.topology();
         assert!(topology.closed);
         assert_eq!((topology.components, topology.euler_characteristic, topology.genus), (2, 4, 0));
+        // Three halves of a unit square and a triangle with sides √2: rounding.
+        let area = 1.5 + 0.75_f64.sqrt();
+        let areas = mesh.component_areas();
+        assert!(areas.len() == 2 && areas.iter().all(|found| (found - area).abs() < 1e-14), "{areas:?}");
         // A vertex that no triangle uses is no component.
         let mut loose = mesh.clone();
         loose.vertices.push([9.0; 3]);

@@ -12,6 +12,9 @@ use crate::report::{ExtractionReport, StageFigures, StageReport};
 /// Lattices coarser than this are halved once more for extraction: chords over a cell would show.
 const FINE_ENOUGH: usize = 96;
 
+/// A component with less than the area of so many points is a speck.
+const SPECK: f64 = 50.0;
+
 /// The surface of a reconstruction as a mesh in data coordinates, with its topology. The report gets a stage.
 ///
 /// # Errors
@@ -33,6 +36,15 @@ pub fn extract_surface(reconstruction: &mut Reconstruction<3>) -> Result<(TriMes
         volume: mesh.enclosed_volume(),
         topology,
     };
+    let speck = SPECK * reconstruction.report.input.spacing.powi(2);
+    let specks = mesh.component_areas().into_iter().filter(|area| *area < speck).count();
+    if specks > 0 {
+        reconstruction.report.warnings.push(format!(
+            "{specks} of {} components are specks, no larger than a few points' share: they come from points off the \
+             surface, or from noise",
+            topology.components
+        ));
+    }
     finish(reconstruction, start, found, figures, stray);
     Ok((mesh, topology))
 }

@@ -44,6 +44,8 @@ pub struct Reconstruction<const D: usize> {
     pub report: Report,
 }
 
+/// Noise above this share of the spacing leaves the topology unsure.
+const DEEP_NOISE: f64 = 0.75;
 /// Below this share of zero-set edges with data nearby, a warning is given.
 const SUPPORT_EXPECTED: f64 = 0.7;
 
@@ -119,6 +121,14 @@ pub fn reconstruct<const D: usize>(
     let (warning, doubt) = trust::verdict(&trust);
     let mut warnings = warnings(&road.stages);
     warnings.extend(warning);
+    if noise > DEEP_NOISE * spacing.typical {
+        warnings.push(format!(
+            "the noise (about {:.3e}) is nearly as large as the distance between points ({:.3e}): small handles and specks \
+             may be wrong; a denser scan helps more than anything else",
+            noise / frame.scale,
+            spacing.typical / frame.scale
+        ));
+    }
     if heard.len() < distinct.len() {
         info!(isolated = distinct.len() - heard.len(), "points on no surface with others were left out");
     }

@@ -24,6 +24,8 @@ const WIDEST: usize = 7;
 const SECOND_ORDER: f64 = 4.0;
 /// Noise below this share of the spacing is not told from detail.
 const NOISY: f64 = 0.1;
+/// The fit comes as close to the points as so many standard deviations of their noise: closer, it makes handles.
+const NOISE_LEFT: f64 = 1.05;
 /// The first smoothing length, in that of the ladder's choice, and at least so many standard deviations of the noise.
 const FIRST_LENGTH: f64 = 2.0;
 const FIRST_LENGTH_NOISE: f64 = 3.0;
@@ -71,7 +73,9 @@ impl<const D: usize> Refinement<'_, D> {
             smoothing_length: first,
             smallest_smoothing_length: 0.05 * spacing,
             third_order: Some(SECOND_ORDER * spacing),
-            noise,
+            noise: noise.map(|noise| NOISE_LEFT * noise),
+            // Of few points so few are held out that their error may turn by chance.
+            patience: if self.points.len() < FEW { 4 } else { 2 },
             ..trust_region::LevelOptions::for_spacing::<D>(spacing)
         };
         if let Some(length) = self.smoothing {

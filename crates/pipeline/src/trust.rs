@@ -125,7 +125,8 @@ mod tests {
         let greville = |k: usize| -1.0 + 0.1 * (k as f64 - 1.0);
         // f = x³ is flat around zero: |3x²| is below 0.3 of its mean over -0.9 ≤ x ≤ 0.9, 0.81, for |x| < 0.285.
         let blossom = |k: usize| (-1..=1).map(|i| greville(k) + 0.1 * f64::from(i)).product::<f64>();
-        let f = Spline::from_flat([knots.clone(), knots], (0..23 * 23).map(|flat| blossom(flat / 23)).collect()).unwrap();
+        let f =
+            Spline::from_flat([knots.clone(), knots], (0..23 * 23).map(|flat| blossom(flat / 23)).collect()).unwrap();
         let points: Vec<[f64; 2]> = (0..1800).map(|i| [-0.9 + 0.001 * (f64::from(i) + 0.5), 0.0]).collect();
         // To a few points on each side: the mean over the points is not the integral.
         assert!((flat(&f, &points) - 0.285 / 0.9).abs() < 0.01);

@@ -18,8 +18,6 @@ const ACCEPT: f64 = 0.1;
 const ATTEMPTS: usize = 6;
 /// A score counts as lower when it is lower by this share.
 const SIGNIFICANT: f64 = 0.01;
-/// A level ends after so many steps that bring nothing.
-const PATIENCE: usize = 2;
 /// Of two functions that predict the held-out points equally well the smoother one is wanted: their error is multiplied by
 /// this power of the energy.
 const ENERGY_POWER: f64 = 0.1;
@@ -169,7 +167,7 @@ impl<'a, const D: usize> Cascade<'a, D> {
             }
             steps.push(step);
             idle = if better { 0 } else { idle + 1 };
-            if idle == PATIENCE || self.at_noise {
+            if idle == self.options.patience || self.at_noise {
                 break;
             }
         }

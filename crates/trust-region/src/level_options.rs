@@ -23,7 +23,9 @@ pub struct LevelOptions {
     /// Standard deviation of the points' distances from their surface, where it is known and not small beside their spacing:
     /// ℓ falls until the Sampson distances are as large as that, and held-out points are not asked (Morozov 1966). Positive.
     pub noise: Option<f64>,
-    /// Most Gauss–Newton steps per level; the second in a row that brings nothing is the last. At least 1.
+    /// A level ends after so many steps in a row that bring nothing. At least 1.
+    pub patience: usize,
+    /// Most Gauss–Newton steps per level. At least 1.
     pub steps: usize,
     /// Most conjugate-gradient steps for each, of three products with the operator. At least 1.
     pub cg_steps: usize,
@@ -48,6 +50,7 @@ impl Default for LevelOptions {
             decay: 0.1,
             third_order: None,
             noise: None,
+            patience: 2,
             steps: 8,
             cg_steps: 12,
             cg_tolerance: 1e-3,
@@ -121,6 +124,7 @@ impl LevelOptions {
                 "a positive length is needed",
             ),
             ("noise", self.noise.unwrap_or(1.0), self.noise.is_none_or(positive), "a positive length is needed"),
+            ("patience", self.patience as f64, self.patience >= 1, "at least one step is needed"),
             ("steps", self.steps as f64, self.steps >= 1, "at least one step is needed"),
             ("cg_steps", self.cg_steps as f64, self.cg_steps >= 1, "at least one step is needed"),
             ("cg_tolerance", self.cg_tolerance, share(self.cg_tolerance), "must lie in [0, 1)"),
