@@ -91,10 +91,11 @@ impl LevelOptions {
         if self.third_order.is_some() { 5.0 } else { 3.0 }
     }
 
-    /// The smoothing lengths of a level's steps, falling from that of the first to the smallest, as long as they fall.
-    pub(crate) fn lengths(&self, first: f64, smallest: f64) -> Vec<f64> {
+    /// The smoothing lengths of a level's steps: from that of the first they fall to the smallest, or to `coarse` if that
+    /// comes before.
+    pub(crate) fn lengths(&self, first: f64, coarse: f64) -> Vec<f64> {
         let length = |step: usize| first * self.decay.powf(step as f64 / self.power());
-        let smallest = self.smallest_smoothing_length.max(smallest);
+        let smallest = self.smallest_smoothing_length.max(coarse.min(first));
         let useful = |step: &usize| *step == 0 || self.decay == 1.0 || length(step - 1) > smallest;
         (0..self.steps).take_while(useful).map(|step| length(step).max(smallest)).collect()
     }

@@ -162,8 +162,8 @@ proptest! {
 
 #[test]
 fn the_scale_of_the_initial_function_does_not_matter() {
-    let points = outline(200, 0.002, flower_radius);
-    let options = Options::for_spacing::<2>(0.017);
+    let points = outline(300, 0.002, flower_radius);
+    let options = Options::for_spacing::<2>(0.011);
     let (f, _) = refine(&points, None, &circle(12), &options).unwrap();
     let (g, _) = refine(&points, None, &circle(12).scaled(1e4).unwrap(), &options).unwrap();
     for (a, b) in f.as_flat().iter().zip(g.as_flat()) {
