@@ -44,7 +44,7 @@ pub struct Reconstruction<const D: usize> {
     pub report: Report,
 }
 
-/// Noise above this share of the spacing leaves the topology unsure.
+/// Noise above this share of the spacing leaves the topology of surfaces unsure. (Curves have fewer ways to go wrong.)
 const DEEP_NOISE: f64 = 0.75;
 /// Below this share of zero-set edges with data nearby, a warning is given.
 const SUPPORT_EXPECTED: f64 = 0.7;
@@ -121,7 +121,7 @@ pub fn reconstruct<const D: usize>(
     let (warning, doubt) = trust::verdict(&trust);
     let mut warnings = warnings(&road.stages);
     warnings.extend(warning);
-    if noise > DEEP_NOISE * spacing.typical {
+    if D == 3 && noise > DEEP_NOISE * spacing.typical {
         warnings.push(format!(
             "the noise (about {:.3e}) is nearly as large as the distance between points ({:.3e}): small handles and specks \
              may be wrong; a denser scan helps more than anything else",
