@@ -7,13 +7,12 @@ use zeroset_bspline::{
 };
 use zeroset_multigrid::{BandSolver, Truncation};
 
+use crate::iteration::ACCEPT;
 use crate::level_objective::{Judge, LevelObjective, LevelState, Weighted, squared_distance};
 use crate::level_options::{LevelError, LevelOptions};
 use crate::level_report::{LevelErrors, LevelStep, LevelSummary};
 use crate::rows::dot;
 
-/// A step is taken when the objective falls by more than this share of the prediction.
-const ACCEPT: f64 = 0.1;
 /// A step that is not taken is halved so often.
 const ATTEMPTS: usize = 6;
 /// A score counts as lower when it is lower by this share.

@@ -69,3 +69,14 @@ pub enum Error {
     #[error(transparent)]
     Spline(#[from] SplineError),
 }
+
+/// An option's name and value, whether it is in its range, and the range in words.
+pub(crate) type Rule = (&'static str, f64, bool, &'static str);
+
+/// Refuses the first option that is out of range.
+pub(crate) fn check_rules(rules: impl IntoIterator<Item = Rule>) -> Result<(), Error> {
+    match rules.into_iter().find(|rule| !rule.2) {
+        Some((name, value, _, range)) => Err(Error::Option { name, value, range }),
+        None => Ok(()),
+    }
+}

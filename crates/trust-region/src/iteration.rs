@@ -12,7 +12,7 @@ use crate::report::{Errors, Iteration, StoppingRule, SubProblemEnd};
 use crate::steihaug::{Step, Truncation, steihaug};
 
 /// A step is taken when the objective falls by more than this share of the prediction.
-const ACCEPT: f64 = 0.1;
+pub(crate) const ACCEPT: f64 = 0.1;
 /// Below this gain ratio the radius is halved.
 const POOR: f64 = 0.25;
 /// Above this gain ratio the radius is doubled, if it bounded the step.

@@ -4,7 +4,7 @@ use thiserror::Error;
 use zeroset_bspline::{EnergyError, HierarchyError};
 use zeroset_multigrid::Fairness;
 
-use crate::error::Error;
+use crate::error::{Error, check_rules};
 
 /// Settings of [`refine_levels`](crate::refine_levels). Lengths are in the unit of the points.
 #[derive(Debug, Clone, PartialEq)]
@@ -137,9 +137,6 @@ impl LevelOptions {
                 "must lie in (0, 1)",
             ),
         ];
-        match rules.into_iter().find(|rule| !rule.2) {
-            Some((name, value, _, range)) => Err(Error::Option { name, value, range }),
-            None => Ok(()),
-        }
+        check_rules(rules)
     }
 }

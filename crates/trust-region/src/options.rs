@@ -1,6 +1,6 @@
 //! Settings of the refinement.
 
-use crate::error::Error;
+use crate::error::{Error, check_rules};
 
 /// Which scale the function is kept at; the zero set does not depend on it, the energy does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -163,10 +163,7 @@ impl Options {
         if let Some(&value) = self.stiffness.iter().find(|k| !(k.is_finite() && **k >= 0.0)) {
             return Err(Error::Option { name: "stiffness", value, range: "a finite number of at least 0 is needed" });
         }
-        match rules.into_iter().find(|rule| !rule.2) {
-            Some((name, value, _, range)) => Err(Error::Option { name, value, range }),
-            None => Ok(()),
-        }
+        check_rules(rules)
     }
 }
 

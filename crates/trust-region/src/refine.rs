@@ -12,10 +12,7 @@ use crate::more_sorensen::MOST_EXACT;
 use crate::objective::Objective;
 use crate::options::{Options, SubProblem};
 use crate::report::{Iteration, Report, StoppingRule};
-use crate::sampson::SampsonError;
-
-/// Gradients that change a function by less than this share across its box are rounding.
-const NO_GRADIENT: f64 = 1e-11;
+use crate::sampson::{SampsonError, is_rounding};
 
 /// Most iterations with all points once the held-out ones have decided where to stop.
 const FINISHING: usize = 2;
@@ -75,11 +72,7 @@ pub fn refine_with<const D: usize>(
     let fitted = part(false)?;
     let judge = if held_out_points > 0 { Some(part(true)?) } else { None };
     let share = fitted.total_area() / points.len() as f64;
-    let largest = initial.as_flat().iter().fold(0.0, |largest: f64, c| largest.max(c.abs()));
-    let (lower, upper) = initial.domain();
-    let side = (0..D).map(|axis| upper[axis] - lower[axis]).fold(0.0, f64::max);
-    // The derivative of a constant is not zero but the rounding of its coefficients.
-    if fitted.at(initial.as_flat())?.mean_square_gradient.sqrt() * side <= NO_GRADIENT * largest {
+    if is_rounding(initial, fitted.at(initial.as_flat())?.mean_square_gradient.sqrt()) {
         return Err(Error::NoGradient);
     }
     let anchor = Anchor::new(&options.stiffness, initial.as_flat());

@@ -10,6 +10,7 @@ use crate::level_objective::{Judge, Weighted};
 use crate::level_options::{LevelError, LevelOptions};
 use crate::level_report::{LevelSummary, LevelsReport};
 use crate::rows::dot;
+use crate::sampson::is_rounding;
 
 /// Refines a function near points, level by level from coarse to fine: on each, `R = Σ aᵢ f(Pᵢ)²/‖∇f(Pᵢ)‖² + w Eng(f)` is
 /// lowered over the level's corrections by Gauss–Newton steps with falling weight, everything coarser being fixed. The first
@@ -87,8 +88,5 @@ fn gradient_size<const D: usize>(points: &[[f64; D]], f: &Spline<D>) -> Result<f
     }
     let gradients = f.evaluate(points, Derivatives::Gradient).gradients;
     let size = (gradients.iter().map(|g| dot(g, g)).sum::<f64>() / points.len() as f64).sqrt();
-    let largest = f.as_flat().iter().fold(0.0, |largest: f64, c| largest.max(c.abs()));
-    let side = (0..D).map(|axis| upper[axis] - lower[axis]).fold(0.0, f64::max);
-    // The derivative of a constant is not zero but the rounding of its coefficients.
-    if size.is_finite() && size * side > 1e-11 * largest { Ok(size) } else { Err(Error::NoGradient) }
+    if size.is_finite() && !is_rounding(f, size) { Ok(size) } else { Err(Error::NoGradient) }
 }

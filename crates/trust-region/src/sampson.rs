@@ -1,6 +1,6 @@
 //! The Sampson distance (equation 4), its error sum (equation 5) and its Jacobian.
 
-use zeroset_bspline::{Collocation, Derivatives, Implicit};
+use zeroset_bspline::{Collocation, Derivatives, Implicit, Spline};
 
 use crate::error::Error;
 use crate::rows::{Rows, dot};
@@ -10,6 +10,18 @@ use crate::rows::{Rows, dot};
 /// NaN outside the box of the spline; infinite (or NaN on the zero set) where the gradient vanishes.
 pub fn sampson_distances<const D: usize>(f: &impl Implicit<D>, points: &[[f64; D]]) -> Vec<f64> {
     f.evaluate(points, Derivatives::Gradient).sampson_distances()
+}
+
+/// Gradients that change a function by less than this share across its box are rounding.
+const NO_GRADIENT: f64 = 1e-11;
+
+/// Whether gradients of a given length are not f's own: the derivative of a constant is not zero but the rounding of its
+/// coefficients.
+pub(crate) fn is_rounding<const D: usize>(f: &Spline<D>, gradient: f64) -> bool {
+    let largest = f.as_flat().iter().fold(0.0, |largest: f64, c| largest.max(c.abs()));
+    let (lower, upper) = f.domain();
+    let side = (0..D).map(|axis| upper[axis] - lower[axis]).fold(0.0, f64::max);
+    gradient * side <= NO_GRADIENT * largest
 }
 
 /// The points of the Sampson error with their weights.
