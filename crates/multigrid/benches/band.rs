@@ -3,11 +3,12 @@
 //! A torus is sampled as finely as the finest cells, 256 along its longest side unless told otherwise; more points may be
 //! asked for. Rates are per thread.
 
+use std::borrow::Cow;
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 use std::time::Instant;
 use zeroset_bspline::{CellBand, HierarchicalSpline, KnotVector, Spline};
-use zeroset_multigrid::{BandCollocation, BandEnergy, BandOperator, BandSolver, Fairness, Truncation};
+use zeroset_multigrid::{BandCollocation, BandEnergy, BandOperator, BandRows, BandSolver, Fairness, Truncation};
 
 /// Points in the frame whose longest side is 1, evenly spread.
 fn torus(count: usize) -> Vec<[f64; 3]> {
@@ -93,7 +94,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         1e3 * time,
         1e9 * time * threads / count as f64
     );
-    let operator = BandOperator::new(&collocation, alpha, beta, energy);
+    let rows = BandRows { collocation: Cow::Borrowed(&collocation), alpha, beta };
+    let operator = BandOperator::new(vec![rows], energy);
     rate("normal operator", seconds(|| operator.apply(&x, &mut y)));
     let solver = BandSolver::new(&operator);
     let truncation = Truncation { most_steps: 12, tolerance: 0.0, radius: f64::INFINITY };

@@ -76,6 +76,22 @@ impl<const D: usize> BandCollocation<D> {
         Self { sides: level.cell_sides(), indices: keys.into_iter().map(|key| key.2).collect(), places, blocks }
     }
 
+    /// Those of the points, by their place in the order of this collocation, for which `keep` is true.
+    pub fn subset(&self, keep: impl Fn(usize) -> bool) -> Self {
+        let (mut indices, mut places, mut blocks) = (Vec::new(), Vec::new(), Vec::new());
+        for block in &self.blocks {
+            let from = indices.len();
+            for point in block.points.clone().filter(|point| keep(*point)) {
+                indices.push(self.indices[point]);
+                places.push(self.places[point]);
+            }
+            if indices.len() > from {
+                blocks.push(Block { start: block.start, points: from..indices.len() });
+            }
+        }
+        Self { sides: self.sides, indices, places, blocks }
+    }
+
     /// For every point in the level's cells, its place among the points given.
     pub fn indices(&self) -> &[u32] {
         &self.indices

@@ -10,6 +10,10 @@ const DEGREE: usize = 3;
 /// The polynomial approximates the inverse from the largest eigenvalue down to this share of it.
 const LOWER: f64 = 1.0 / 30.0;
 
+/// Steps to estimate the largest eigenvalue. An estimate that is too low does no harm: a polynomial of odd degree stays
+/// positive beyond it.
+const LANCZOS: usize = 5;
+
 /// When to end a solve.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Truncation {
@@ -65,13 +69,13 @@ struct Work {
 }
 
 impl<'a, 'o, const D: usize> BandSolver<'a, 'o, D> {
-    /// Estimates the largest eigenvalue, with ten products.
+    /// Estimates the largest eigenvalue, with five products.
     pub fn new(operator: &'o BandOperator<'a, D>) -> Self {
         let inverse_diagonal: Vec<f64> = operator.diagonal().iter().map(|d| 1.0 / d).collect();
         let jacobi = |r: &[f64], z: &mut [f64]| {
             z.iter_mut().zip(r.iter().zip(&inverse_diagonal)).for_each(|(z, (r, d))| *z = r * d);
         };
-        let largest = largest_eigenvalue(operator.diagonal(), |x, y| operator.apply(x, y), jacobi);
+        let largest = largest_eigenvalue(LANCZOS, operator.diagonal(), |x, y| operator.apply(x, y), jacobi);
         Self { operator, inverse_diagonal, largest }
     }
 

@@ -84,7 +84,7 @@ mod vectors;
 pub use assembly_error::AssemblyError;
 pub use band_collocation::BandCollocation;
 pub use band_energy::{BandEnergy, Fairness};
-pub use band_operator::BandOperator;
+pub use band_operator::{BandOperator, BandRows};
 pub use band_solver::{BandSolver, BandStep, StepEnd, Truncation};
 pub use cholesky::{Factor, FactorError};
 pub use conjugate_gradients::{SolveOptions, SolveReport};

@@ -8,6 +8,9 @@ use crate::scratch::Scratch;
 use crate::spectrum::largest_eigenvalue;
 use crate::vectors::add_scaled;
 
+/// Steps to estimate the largest eigenvalue, from which the smoothing starts.
+const LANCZOS: usize = 10;
+
 /// How much of its neighbours a coefficient loses along each axis.
 const FILTER: f64 = 0.28;
 
@@ -73,7 +76,7 @@ impl<const D: usize> Smoother<D> {
         let scale = operator.diagonal().iter().map(|d| 1.0 / d.sqrt()).collect();
         let mut smoother = Self { shape, scale, largest: 1.0, partial: Scratch::new() };
         let inverse = |r: &[f64], z: &mut [f64]| smoother.direction(r, 0.0, 1.0, z, None);
-        smoother.largest = largest_eigenvalue(operator.diagonal(), |x, y| operator.apply(x, y), inverse);
+        smoother.largest = largest_eigenvalue(LANCZOS, operator.diagonal(), |x, y| operator.apply(x, y), inverse);
         smoother
     }
 

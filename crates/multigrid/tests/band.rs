@@ -1,9 +1,10 @@
 //! The operator of a band level against the assembled matrix of the whole lattice, restricted to the active functions.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 use zeroset_bspline::{CellBand, Collocation, DerivativeEnergy, HierarchicalSpline, KnotVector, Level, Spline};
 use zeroset_multigrid::{
-    BandCollocation, BandEnergy, BandOperator, BandSolver, Fairness, NormalEquations, StepEnd, Truncation,
+    BandCollocation, BandEnergy, BandOperator, BandRows, BandSolver, Fairness, NormalEquations, StepEnd, Truncation,
 };
 
 /// Numbers between −1 and 1 that look random.
@@ -88,7 +89,16 @@ fn check_operator<const D: usize>() {
         let matrix = equations.rows(&dense, &dense_alpha, Some(&dense_beta), 1e-3).unwrap();
 
         let energy = BandEnergy::new(Arc::clone(level.active()), level.cell_sides(), Fairness::thin_plate(1e-3));
-        let operator = BandOperator::new(&collocation, alpha.clone(), beta.clone(), energy);
+        let part = |third: bool| {
+            let is_wanted = |i: usize| (i % 3 == 0) == third;
+            let wanted: Vec<usize> = (0..alpha.len()).filter(|i| is_wanted(*i)).collect();
+            BandRows {
+                collocation: Cow::Owned(collocation.subset(is_wanted)),
+                alpha: wanted.iter().map(|i| alpha[*i]).collect(),
+                beta: wanted.iter().map(|i| beta[*i]).collect(),
+            }
+        };
+        let operator = BandOperator::new(vec![part(true), part(false)], energy);
         let x = scattered(operator.size(), 9);
         let mut y = vec![f64::NAN; x.len()];
         operator.apply(&x, &mut y);
@@ -227,7 +237,8 @@ fn solves_to_the_same_coefficients_as_elimination() {
     let exact = solved(matrix.clone(), right.clone());
 
     let energy = BandEnergy::new(Arc::clone(level.active()), level.cell_sides(), Fairness::thin_plate(1e-3));
-    let operator = BandOperator::new(&collocation, alpha, beta, energy);
+    let rows = BandRows { collocation: Cow::Borrowed(&collocation), alpha, beta };
+    let operator = BandOperator::new(vec![rows], energy);
     let solver = BandSolver::new(&operator);
     let free = Truncation { most_steps: 1000, tolerance: 1e-13, radius: f64::INFINITY };
     let step = solver.solve(&right, &free);

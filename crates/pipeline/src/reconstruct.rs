@@ -102,6 +102,7 @@ pub fn reconstruct<const D: usize>(
         let settings = Refinement {
             points: &heard,
             spacing: &spacing,
+            f_hat: &f_hat,
             noise,
             ratio,
             domain: &domain,

@@ -1,7 +1,7 @@
 //! Settings of the dynamic reconstruction: cells and smoothing length from the sampling and its noise.
 
 use ndarray::ArrayD;
-use zeroset_bspline::{CellBand, HierarchicalSpline, Spline, levels_for_spacing};
+use zeroset_bspline::{CellBand, Derivatives, HierarchicalSpline, Spline, levels_for_spacing};
 use zeroset_trust_region as trust_region;
 
 use crate::anchor;
@@ -37,6 +37,7 @@ const FEW: usize = 3000;
 pub struct Refinement<'a, const D: usize> {
     pub points: &'a [[f64; D]],
     pub spacing: &'a Spacing,
+    pub f_hat: &'a Spline<D>,
     /// Standard deviation of the points' distances from their surface.
     pub noise: f64,
     /// The smoothing length of f̂ in spacings.
@@ -50,6 +51,21 @@ pub struct Refinement<'a, const D: usize> {
     pub distance: &'a ArrayD<f64>,
     /// The smoothing length that is wanted, if not what the data suggest.
     pub smoothing: Option<f64>,
+}
+
+/// Where the gradient of f̂ is below this share of its mean, it does not tell the side.
+const TELLING: f64 = 0.3;
+
+/// Unit normals from f̂, which knows which wall is which where they are thinner than the cells; zero where it does not.
+fn normals<const D: usize>(f_hat: &Spline<D>, points: &[[f64; D]]) -> Vec<[f64; D]> {
+    let gradients = f_hat.evaluate(points, Derivatives::Gradient).gradients;
+    let length = |g: &[f64; D]| g.iter().map(|g| g * g).sum::<f64>().sqrt();
+    let least = TELLING * gradients.iter().map(length).sum::<f64>() / gradients.len() as f64;
+    let normal = |g: &[f64; D]| {
+        let length = length(g);
+        g.map(|g| if length > least { g / length } else { 0.0 })
+    };
+    gradients.iter().map(normal).collect()
 }
 
 type Refined<const D: usize> = Result<(HierarchicalSpline<D>, StageFigures), ReconstructError>;
@@ -83,8 +99,15 @@ impl<const D: usize> Refinement<'_, D> {
             settings.smallest_smoothing_length = length;
             (settings.noise, settings.holdout) = (None, 0.0);
         }
-        let (spline, report) =
-            trust_region::refine_levels(self.points, Some(&self.spacing.areas), initial, &band, &settings)?;
+        let normals = normals(self.f_hat, self.points);
+        let (spline, report) = trust_region::refine_levels(
+            self.points,
+            Some(&self.spacing.areas),
+            Some(&normals),
+            initial,
+            &band,
+            &settings,
+        )?;
         Ok((spline, StageFigures::Refinement(report)))
     }
 

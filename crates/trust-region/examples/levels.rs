@@ -65,7 +65,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     // Without noise nothing is held out, so that all levels are run.
     let holdout = if noise > 0.0 { 0.05 } else { 0.0 };
     let options = LevelOptions { holdout, ..LevelOptions::for_spacing::<3>(spacing) };
-    let (f, report) = refine_levels(&points, None, &initial, &band, &options)?;
+    let (f, report) = refine_levels(&points, None, None, &initial, &band, &options)?;
     println!("{count} points, spacing {spacing:.5}, noise {noise}, {:.1} s in all", report.seconds);
     println!("| cells | active functions | growth | points | seconds | growth | rms | held out | energy | best step |");
     println!("|---|---|---|---|---|---|---|---|---|---|");

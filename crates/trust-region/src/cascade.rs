@@ -23,14 +23,32 @@ const ENERGY_POWER: f64 = 0.1;
 /// Where a finer level follows, ℓ stays above so many cells: what a coarse level does to fit detail that it cannot hold
 /// reaches farther than the finer level's band.
 const COARSE: f64 = 0.3;
+/// Lengths are the same up to rounding.
+const TRIED: f64 = 1.0 + 1e-9;
+
+/// Where a level's best step has led.
+#[derive(Debug, Clone)]
+pub(crate) struct Found {
+    pub(crate) smoothing_length: f64,
+    pub(crate) corrections: Vec<f64>,
+}
 
 /// What decides the steps.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Guidance<'a> {
     /// The points that are held out; without such points all steps are done.
     HeldOut,
-    /// The smoothing lengths of every level's steps; there are no more levels than these.
-    Lengths(&'a [Vec<f64>]),
+    /// What was found before, with other points: every level starts there, and does one step. There are no more levels.
+    Found(&'a [Found]),
+}
+
+/// Where all levels have led.
+#[derive(Debug)]
+pub(crate) struct Refined<const D: usize> {
+    pub(crate) spline: HierarchicalSpline<D>,
+    /// Of the levels that the spline has, the first being the dense one.
+    pub(crate) found: Vec<Found>,
+    pub(crate) levels: Vec<LevelSummary>,
 }
 
 /// What all levels have in common.
@@ -87,54 +105,59 @@ impl<'a, const D: usize> Cascade<'a, D> {
         dense: &Spline<D>,
         band: &CellBand<D>,
         guidance: Guidance,
-    ) -> Result<(HierarchicalSpline<D>, Vec<LevelSummary>), LevelError> {
+    ) -> Result<Refined<D>, LevelError> {
         let given = |number: usize| match guidance {
             Guidance::HeldOut => Some(None),
-            Guidance::Lengths(lengths) => lengths.get(number).map(Some),
+            Guidance::Found(found) => found.get(number).map(Some),
         };
-        let mut levels = Vec::new();
-        let Some(lengths) = given(0) else { return Ok((HierarchicalSpline::new(dense.clone())?, levels)) };
+        let (mut found, mut levels) = (Vec::new(), Vec::new());
+        let Some(start) = given(0) else {
+            return Ok(Refined { spline: HierarchicalSpline::new(dense.clone())?, found, levels });
+        };
         let near = Level::of_dense(dense, Arc::clone(band.near()))?;
-        let (corrections, summary) = self.refine(&near, 0, lengths, band.depth() > 0);
+        let (corrections, summary) = self.refine(&near, 0, start, band.depth() > 0);
         let mut spline = HierarchicalSpline::new(near.corrected(dense, &corrections)?)?;
+        if summary.best_step.is_some() {
+            found.push(Found { smoothing_length: self.smoothing_length, corrections });
+        }
         levels.push(summary);
         for (number, active) in (1..).zip(band.active()) {
-            let Some(lengths) = given(number) else { break };
+            let Some(start) = given(number) else { break };
             if levels[number - 1].best_step.is_none() || self.at_noise {
                 break;
             }
             spline.push_level(Arc::clone(active))?;
             let (corrections, summary) =
-                self.refine(&spline.levels()[number - 1], number, lengths, number < band.depth());
+                self.refine(&spline.levels()[number - 1], number, start, number < band.depth());
             if summary.best_step.is_some() {
+                found.push(Found { smoothing_length: self.smoothing_length, corrections: corrections.clone() });
                 spline.correct_finest(corrections)?;
             } else {
                 spline.pop_level();
             }
             levels.push(summary);
         }
-        Ok((spline, levels))
+        Ok(Refined { spline, found, levels })
     }
 
-    /// Refines a level without corrections, by steps with the given smoothing lengths, or as long as they bring something;
-    /// `finer` tells whether another level can follow. Gives the corrections of the best step; if none is better than the
-    /// function without the level, they are zero.
+    /// Refines a level without corrections, by steps with falling smoothing lengths as long as they bring something, or from
+    /// corrections that were found before by one step; `finer` tells whether another level can follow. Gives the corrections
+    /// of the best step; if none is better than the function without the level, they are zero.
     fn refine(
         &mut self,
         level: &Level<D>,
         number: usize,
-        given: Option<&Vec<f64>>,
+        given: Option<&Found>,
         finer: bool,
     ) -> (Vec<f64>, LevelSummary) {
         let start = Instant::now();
-        let (fairness, floor) = (self.options.fairness(), self.options.gradient_floor);
-        let objective = LevelObjective::new(level, self.fitted, self.judge.points(), fairness, self.energy, floor);
-        let lengths = given.map_or_else(
-            || self.options.lengths(self.smoothing_length, if finer { COARSE * level.cell_side() } else { 0.0 }),
-            Vec::clone,
-        );
+        let objective = LevelObjective::new(level, self.fitted, self.judge.points(), self.energy, self.options);
+        let (lengths, corrections) = match given {
+            Some(found) => (vec![found.smoothing_length], found.corrections.clone()),
+            None => (self.lengths(level.cell_side(), number, finer), vec![0.0; level.active().len()]),
+        };
         let mut total = objective.coefficients();
-        let mut current = objective.at(vec![0.0; level.active().len()], &mut total);
+        let mut current = objective.at(corrections, &mut total);
         let initial = objective.errors(&current, &total, &self.judge);
         let (mut best, mut best_step, mut best_errors) = (current.corrections.clone(), None, initial);
         let mut steps: Vec<LevelStep> = Vec::with_capacity(lengths.len());
@@ -182,6 +205,14 @@ impl<'a, const D: usize> Cascade<'a, D> {
             seconds: start.elapsed().as_secs_f64(),
         };
         (best, summary)
+    }
+
+    /// The smoothing lengths of a level's steps, if another one follows not below what its cells can hold. Where that has
+    /// ended the level before, its length has been tried.
+    fn lengths(&self, cell: f64, number: usize, finer: bool) -> Vec<f64> {
+        let tried = number > 0 && self.smoothing_length <= TRIED * COARSE * 2.0 * cell;
+        let first = self.options.after(self.smoothing_length, usize::from(tried));
+        self.options.lengths(first, if finer { COARSE * cell } else { 0.0 })
     }
 
     /// One Gauss–Newton step inside a trust region that shrinks until the objective falls.

@@ -21,6 +21,20 @@ pub enum Error {
     /// An area weight is negative, NaN or infinite, or all are zero.
     #[error("area weight {0} is not a finite number of at least zero, or all weights are zero")]
     BadArea(usize),
+    /// Not one normal per point.
+    #[error("{normals} normals were given for {points} points")]
+    Normals {
+        /// Normals given.
+        normals: usize,
+        /// Points there are.
+        points: usize,
+    },
+    /// A normal is NaN or infinite.
+    #[error("normal {index} is not finite; give zero where none is known")]
+    NormalNotFinite {
+        /// Which.
+        index: usize,
+    },
     /// Not one stiffness per control coefficient.
     #[error("{found} stiffnesses were given for {needed} control coefficients")]
     Stiffness {

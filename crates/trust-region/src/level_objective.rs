@@ -1,9 +1,11 @@
 //! The objective on one level, everything coarser being fixed.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 use zeroset_bspline::{BlockField, IndexSet, Level};
-use zeroset_multigrid::{BandCollocation, BandEnergy, BandOperator, Fairness};
+use zeroset_multigrid::{BandCollocation, BandEnergy, BandOperator, BandRows};
 
+use crate::level_options::LevelOptions;
 use crate::level_report::LevelErrors;
 use crate::rows::dot;
 
@@ -13,6 +15,15 @@ pub(crate) struct Weighted<const D: usize> {
     pub(crate) points: Vec<[f64; D]>,
     /// Square roots of the weights, whose mean over all points is one.
     pub(crate) roots: Vec<f64>,
+    /// The unit normal along which the function is to rise at each point; zero where none is known. None at all if empty.
+    pub(crate) normals: Vec<[f64; D]>,
+}
+
+impl<const D: usize> Weighted<D> {
+    /// No points.
+    pub(crate) fn none() -> Self {
+        Self { points: vec![], roots: vec![], normals: vec![] }
+    }
 }
 
 /// Fewer held-out points say nothing about a level.
@@ -44,7 +55,7 @@ impl<const D: usize> Judge<D> {
 
     /// Nothing is held out.
     pub(crate) fn none() -> Self {
-        Self::new(Weighted { points: vec![], roots: vec![] })
+        Self::new(Weighted::none())
     }
 
     pub(crate) fn points(&self) -> &[[f64; D]] {
@@ -81,15 +92,31 @@ struct Part<const D: usize> {
     collocation: BandCollocation<D>,
     /// In the order of the collocation.
     roots: Vec<f64>,
+    /// In that order too, if there are any.
+    normals: Vec<[f64; D]>,
     /// `Σ aᵢ`.
     area: f64,
 }
 
+/// Slopes along the normal below this are too small. (Where walls are thinner than the cells a smooth function would rather
+/// stay near zero between them than rise and fall: its Sampson distances are small all the same.)
+const STEEP: f64 = 0.5;
+
 impl<const D: usize> Part<D> {
     fn new(level: &Level<D>, weighted: &Weighted<D>) -> Self {
         let collocation = BandCollocation::new(level, &weighted.points);
-        let roots: Vec<f64> = collocation.indices().iter().map(|i| weighted.roots[*i as usize]).collect();
-        Self { collocation, area: dot(&roots, &roots), roots }
+        let chosen = || collocation.indices().iter().map(|i| *i as usize);
+        let roots: Vec<f64> = chosen().map(|i| weighted.roots[i]).collect();
+        let normals =
+            if weighted.normals.is_empty() { vec![] } else { chosen().map(|i| weighted.normals[i]).collect() };
+        Self { area: dot(&roots, &roots), collocation, roots, normals }
+    }
+
+    /// `√aᵢ min(0, ∂f/∂nᵢ − ½)` of the points with normals.
+    fn slopes(&self, gradients: &[[f64; D]]) -> Vec<f64> {
+        let rows = self.normals.iter().zip(gradients).zip(&self.roots);
+        let is_known = |normal: &[f64; D]| normal.iter().any(|n| *n != 0.0);
+        rows.map(|((n, g), a)| if is_known(n) { a * (dot(g, n) - STEEP).min(0.0) } else { 0.0 }).collect()
     }
 
     fn at(&self, total: &BlockField<D>, floor: f64) -> Sampson<D> {
@@ -99,7 +126,8 @@ impl<const D: usize> Part<D> {
         let residuals: Vec<f64> =
             values.iter().zip(&norms).zip(&self.roots).map(|((v, n), a)| a * v / n.max(floor)).collect();
         let error = dot(&residuals, &residuals);
-        Sampson { residuals, gradients, norms, error }
+        let slopes = self.slopes(&gradients);
+        Sampson { residuals, gradients, norms, error, slope_error: dot(&slopes, &slopes), slopes }
     }
 
     fn rms(&self, error: f64) -> f64 {
@@ -130,9 +158,12 @@ struct Sampson<const D: usize> {
     norms: Vec<f64>,
     /// `Σ aᵢ rᵢ²`.
     error: f64,
+    /// By how much slopes along the normals are too small, and the sum of their squares.
+    slopes: Vec<f64>,
+    slope_error: f64,
 }
 
-/// `R(δ) = Σ aᵢ f(Pᵢ)²/‖∇f(Pᵢ)‖² + w E(f)` with `f = f_coarse + δ`.
+/// `R(δ) = Σ aᵢ f(Pᵢ)²/‖∇f(Pᵢ)‖² + m² Σ aᵢ min(0, ∂f/∂nᵢ − ½)² + w E(f)` with `f = f_coarse + δ`, where m is the normal length.
 #[derive(Debug)]
 pub(crate) struct LevelObjective<const D: usize> {
     active: Arc<IndexSet<D>>,
@@ -142,6 +173,7 @@ pub(crate) struct LevelObjective<const D: usize> {
     /// With weight 1.
     energy: BandEnergy<D>,
     floor: f64,
+    normal_length: f64,
     /// Coefficients of the coarser function, its energy, and `H f_coarse`.
     coarse: BlockField<D>,
     coarse_energy: f64,
@@ -156,12 +188,14 @@ pub(crate) struct LevelState<const D: usize> {
     /// `H f`.
     gradient: Vec<f64>,
     pub(crate) energy: f64,
+    /// `m² Σ aᵢ min(0, ∂f/∂nᵢ − ½)²`.
+    slope_error: f64,
 }
 
 impl<const D: usize> LevelState<D> {
     /// `R` for a weight.
     pub(crate) fn objective(&self, weight: f64) -> f64 {
-        self.sampson.error + weight * self.energy
+        self.sampson.error + self.slope_error + weight * self.energy
     }
 }
 
@@ -171,10 +205,10 @@ impl<const D: usize> LevelObjective<D> {
         level: &Level<D>,
         fitted: &Weighted<D>,
         judged: &[[f64; D]],
-        fairness: Fairness,
         coarse_energy: f64,
-        floor: f64,
+        options: &LevelOptions,
     ) -> Self {
+        let fairness = options.fairness();
         let active = Arc::clone(level.active());
         let energy = BandEnergy::new(Arc::clone(&active), level.cell_sides(), fairness);
         let coarse = level.total().clone();
@@ -182,7 +216,17 @@ impl<const D: usize> LevelObjective<D> {
         energy.apply(&coarse, None, &mut coarse_gradient);
         let fitted = Part::new(level, fitted);
         let judged = BandCollocation::new(level, judged);
-        Self { active, fitted, judged, energy, floor, coarse, coarse_energy, coarse_gradient }
+        Self {
+            active,
+            fitted,
+            judged,
+            energy,
+            floor: options.gradient_floor,
+            normal_length: options.normal_length,
+            coarse,
+            coarse_energy,
+            coarse_gradient,
+        }
     }
 
     /// The standard deviation of the points' Sampson distances if they are normal.
@@ -209,7 +253,8 @@ impl<const D: usize> LevelObjective<D> {
         // E(f + δ) − E(f) = δᵀ (2 H f + H δ) = δᵀ (H f + H (f + δ)).
         let change = dot(&corrections, &self.coarse_gradient) + dot(&corrections, &gradient);
         let sampson = self.fitted.at(total, self.floor);
-        LevelState { corrections, sampson, gradient, energy: self.coarse_energy + change }
+        let slope_error = self.normal_length.powi(2) * sampson.slope_error;
+        LevelState { corrections, sampson, gradient, energy: self.coarse_energy + change, slope_error }
     }
 
     /// Errors at a state whose function has the coefficients `total`.
@@ -235,7 +280,7 @@ impl<const D: usize> LevelObjective<D> {
 
     /// The Gauss–Newton model at a state: operator `JᵀJ + wH` and right side `−(Jᵀr + w H f)`, half the derivatives of R.
     pub(crate) fn model(&self, state: &LevelState<D>, weight: f64) -> (BandOperator<'_, D>, Vec<f64>) {
-        let Sampson { residuals, gradients, norms, .. } = &state.sampson;
+        let Sampson { residuals, gradients, norms, slopes, .. } = &state.sampson;
         let count = residuals.len();
         let alpha: Vec<f64> = (0..count).map(|i| self.fitted.roots[i] / norms[i].max(self.floor)).collect();
         // Where the floor holds, the divisor is a constant.
@@ -243,11 +288,21 @@ impl<const D: usize> LevelObjective<D> {
         let beta: Vec<[f64; D]> = (0..count).map(|i| gradients[i].map(|g| slope(i) * g)).collect();
         let mut sums = vec![0.0; self.active.block_count() * IndexSet::<D>::BLOCK];
         self.fitted.collocation.add_transposed(&alpha, &beta, residuals, &self.active, &mut sums);
+        let mut rows = vec![BandRows { collocation: Cow::Borrowed(&self.fitted.collocation), alpha, beta }];
+        let flat: Vec<usize> = (0..slopes.len()).filter(|i| slopes[*i] < 0.0).collect();
+        if !flat.is_empty() {
+            let collocation = self.fitted.collocation.subset(|i| slopes[i] < 0.0);
+            let along = |i: usize| self.fitted.normals[i].map(|n| self.normal_length * self.fitted.roots[i] * n);
+            let (alpha, beta) = (vec![0.0; flat.len()], flat.iter().map(|i| along(*i)).collect::<Vec<_>>());
+            let slopes: Vec<f64> = flat.iter().map(|i| self.normal_length * slopes[*i]).collect();
+            collocation.add_transposed(&alpha, &beta, &slopes, &self.active, &mut sums);
+            rows.push(BandRows { collocation: Cow::Owned(collocation), alpha, beta });
+        }
         let mut right = vec![0.0; self.active.len()];
         self.active.members_of_blocks(&sums, &mut right);
         right.iter_mut().zip(&state.gradient).for_each(|(b, h)| *b = -(*b + weight * h));
         let energy = self.energy.with_fairness(self.energy.fairness().scaled(weight));
-        (BandOperator::new(&self.fitted.collocation, alpha, beta, energy), right)
+        (BandOperator::new(rows, energy), right)
     }
 }
 
@@ -267,9 +322,16 @@ mod tests {
         let band = CellBand::new(root.knots(), &points, &[1; 40], [3, 3]).unwrap();
         let mut spline = HierarchicalSpline::new(root).unwrap();
         spline.push_level(Arc::clone(&band.active()[0])).unwrap();
-        let weighted = Weighted { roots: (0..40).map(|i| 0.7 + 0.02 * f64::from(i)).collect(), points };
-        for fairness in [Fairness::thin_plate(1.0), Fairness::third_order(1.0, 0.5)] {
-            let objective = LevelObjective::new(&spline.levels()[0], &weighted, &[], fairness, 3.0, 1e-3);
+        // The function's gradient is about (1, 0.6 y): half of the normals are too far from it, and some are not known.
+        let normal = |i: usize| [[1.0, 0.0], [-0.6, 0.8], [0.0, 0.0], [0.0, 1.0]][i % 4];
+        let weighted = Weighted {
+            roots: (0..40).map(|i| 0.7 + 0.02 * f64::from(i)).collect(),
+            points,
+            normals: (0..40).map(normal).collect(),
+        };
+        for third_order in [None, Some(0.5)] {
+            let options = LevelOptions { third_order, normal_length: 0.1, ..LevelOptions::default() };
+            let objective = LevelObjective::new(&spline.levels()[0], &weighted, &[], 3.0, &options);
             let mut total = objective.coefficients();
             let size = spline.levels()[0].active().len();
             let numbers = |seed: usize| -> Vec<f64> {

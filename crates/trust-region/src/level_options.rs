@@ -38,6 +38,9 @@ pub struct LevelOptions {
     pub seed: u64,
     /// Gradients shorter than this share of their root mean square count as if they had just this length. In (0, 1).
     pub gradient_floor: f64,
+    /// Where normals are given: a slope along the normal that is too small by 1 counts as much as a distance of this
+    /// length. Not negative; 0 for no heed to normals.
+    pub normal_length: f64,
 }
 
 impl Default for LevelOptions {
@@ -52,11 +55,12 @@ impl Default for LevelOptions {
             noise: None,
             patience: 2,
             steps: 8,
-            cg_steps: 12,
+            cg_steps: 6,
             cg_tolerance: 1e-3,
             holdout: 0.05,
             seed: 0,
             gradient_floor: 1e-3,
+            normal_length: 0.004,
         }
     }
 }
@@ -78,7 +82,12 @@ pub enum LevelError {
 impl LevelOptions {
     /// Settings for points at a typical distance `spacing` from each other on a curve (`D` = 2) or surface (`D` = 3).
     pub fn for_spacing<const D: usize>(spacing: f64) -> Self {
-        Self { density: spacing.powi(1 - D as i32), smoothing_length: 0.5 * spacing, ..Self::default() }
+        Self {
+            density: spacing.powi(1 - D as i32),
+            smoothing_length: 0.5 * spacing,
+            normal_length: 0.2 * spacing,
+            ..Self::default()
+        }
     }
 
     /// The energy with weight 1.
@@ -91,10 +100,15 @@ impl LevelOptions {
         if self.third_order.is_some() { 5.0 } else { 3.0 }
     }
 
+    /// The smoothing length so many steps after a given one.
+    pub(crate) fn after(&self, length: f64, steps: usize) -> f64 {
+        length * self.decay.powf(steps as f64 / self.power())
+    }
+
     /// The smoothing lengths of a level's steps: from that of the first they fall to the smallest, or to `coarse` if that
     /// comes before.
     pub(crate) fn lengths(&self, first: f64, coarse: f64) -> Vec<f64> {
-        let length = |step: usize| first * self.decay.powf(step as f64 / self.power());
+        let length = |step: usize| self.after(first, step);
         let smallest = self.smallest_smoothing_length.max(coarse.min(first));
         let useful = |step: &usize| *step == 0 || self.decay == 1.0 || length(step - 1) > smallest;
         (0..self.steps).take_while(useful).map(|step| length(step).max(smallest)).collect()
@@ -130,6 +144,12 @@ impl LevelOptions {
             ("cg_steps", self.cg_steps as f64, self.cg_steps >= 1, "at least one step is needed"),
             ("cg_tolerance", self.cg_tolerance, share(self.cg_tolerance), "must lie in [0, 1)"),
             ("holdout", self.holdout, (0.0..=0.5).contains(&self.holdout), "must lie in [0, 0.5]"),
+            (
+                "normal_length",
+                self.normal_length,
+                self.normal_length.is_finite() && self.normal_length >= 0.0,
+                "a length of at least zero is needed",
+            ),
             (
                 "gradient_floor",
                 self.gradient_floor,

@@ -56,13 +56,6 @@ pub struct LevelSummary {
     pub seconds: f64,
 }
 
-impl LevelSummary {
-    /// The smoothing lengths of the steps up to the best; none if there is no best step.
-    pub(crate) fn lengths_to_the_best(&self) -> Option<Vec<f64>> {
-        self.best_step.map(|best| self.steps[..=best].iter().map(|step| step.smoothing_length).collect())
-    }
-}
-
 /// What [`refine_levels`](crate::refine_levels) did.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LevelsReport {

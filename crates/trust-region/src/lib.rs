@@ -47,7 +47,7 @@
 //!
 //! // Two levels: cells of 0.05 within three cells of the points.
 //! let band = CellBand::new(initial.knots(), &points, &[2; 120], [3, 3])?;
-//! let (f, report) = refine_levels(&points, None, &initial, &band, &LevelOptions::for_spacing::<2>(0.024))?;
+//! let (f, report) = refine_levels(&points, None, None, &initial, &band, &LevelOptions::for_spacing::<2>(0.024))?;
 //! assert_eq!(f.levels().len(), 2);
 //! assert!(report.result.sampson_rms < 1e-2 * report.initial.sampson_rms);
 //! # Ok::<(), Box<dyn std::error::Error>>(())

@@ -60,7 +60,7 @@ fn every_level_comes_closer() {
     let mut before = error(&initial);
     for depth in 1..=3 {
         let band = CellBand::new(initial.knots(), &points, &vec![depth; points.len()], [3, 3]).unwrap();
-        let (f, report) = refine_levels(&points, None, &initial, &band, &options).unwrap();
+        let (f, report) = refine_levels(&points, None, None, &initial, &band, &options).unwrap();
         check_report(&report);
         assert_eq!(
             (f.levels().len(), report.levels.len(), report.stopped_early),
@@ -86,7 +86,7 @@ fn finer_cells_only_where_they_are_wanted() {
     let (initial, options) = initial(&points, 0.005);
     let levels: Vec<u8> = points.iter().map(|p| if p[0] > 0.2 { 3 } else { 1 }).collect();
     let band = CellBand::new(initial.knots(), &points, &levels, [3, 3]).unwrap();
-    let (f, _) = refine_levels(&points, None, &initial, &band, &options).unwrap();
+    let (f, _) = refine_levels(&points, None, None, &initial, &band, &options).unwrap();
     let mut coarse = f.clone();
     coarse.pop_level();
     coarse.pop_level();
@@ -104,10 +104,10 @@ fn held_out_points_restrain_the_fit() {
     let band = CellBand::new(initial.knots(), &points, &vec![5; points.len()], [3, 3]).unwrap();
     // 3000 points on a length of 2.9; the noise is as large as the spacing.
     let options = LevelOptions { density: 1000.0, smoothing_length: 0.01, ..Default::default() };
-    let (f, report) = refine_levels(&points, None, &initial, &band, &options).unwrap();
+    let (f, report) = refine_levels(&points, None, None, &initial, &band, &options).unwrap();
     check_report(&report);
     let stubborn = LevelOptions { holdout: 0.0, ..options };
-    let (rough, all) = refine_levels(&points, None, &initial, &band, &stubborn).unwrap();
+    let (rough, all) = refine_levels(&points, None, None, &initial, &band, &stubborn).unwrap();
     assert!(!all.stopped_early && all.held_out_points == 0 && rough.levels().len() == 5);
     let energies = (all.result.energy, report.result.energy);
     assert!(energies.0 > 10.0 * energies.1, "{energies:?}: that function follows the noise");
@@ -122,14 +122,14 @@ fn known_noise_decides_how_close_the_fit_is() {
     let (initial, _) = initial(&points, 0.01);
     let band = CellBand::new(initial.knots(), &points, &vec![3; points.len()], [3, 3]).unwrap();
     let options = LevelOptions { density: 1000.0, smoothing_length: 0.04, noise: Some(noise), ..Default::default() };
-    let (f, report) = refine_levels(&points, None, &initial, &band, &options).unwrap();
+    let (f, report) = refine_levels(&points, None, None, &initial, &band, &options).unwrap();
     let last = report.levels.last().unwrap();
     // The median decides, and the noise is a sum of two uniform variables: nearly, not quite normal.
     assert!((last.steps.last().unwrap().errors.sampson_rms / noise - 1.0).abs() < 0.1, "{report:?}");
     assert!(report.held_out_points == 0 && report.result.held_out.is_none());
     assert!(error(&f) < 0.5 * noise, "{:e}", error(&f));
     let none = LevelOptions { noise: Some(0.0), ..options };
-    let refused = refine_levels(&points, None, &initial, &band, &none).unwrap_err();
+    let refused = refine_levels(&points, None, None, &initial, &band, &none).unwrap_err();
     assert!(matches!(refused, LevelError::Refine(Error::Option { name: "noise", .. })));
 }
 
@@ -149,7 +149,7 @@ fn agrees_with_the_dense_lattice() {
         holdout: 0.0,
         ..options
     };
-    let (banded, report) = refine_levels(&points, None, &coarse, &band, &finest).unwrap();
+    let (banded, report) = refine_levels(&points, None, None, &coarse, &band, &finest).unwrap();
     assert!((report.levels[2].steps[0].smoothing_length - length).abs() < 1e-12);
     let dense = Options {
         density: 1.0 / spacing,
@@ -178,7 +178,7 @@ fn the_same_bytes_for_any_number_of_threads() {
     let points = flower(500, 0.001);
     let (initial, options) = initial(&points, 0.005);
     let band = CellBand::new(initial.knots(), &points, &vec![2; points.len()], [3, 3]).unwrap();
-    let run = || refine_levels(&points, None, &initial, &band, &options).unwrap().0;
+    let run = || refine_levels(&points, None, None, &initial, &band, &options).unwrap().0;
     let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     let several = rayon::ThreadPoolBuilder::new().num_threads(3).build().unwrap();
     assert_eq!(alone.install(run), several.install(run));
@@ -190,7 +190,7 @@ fn bad_input_is_refused() {
     let initial = circle(16);
     let band = CellBand::new(initial.knots(), &points, &vec![1; points.len()], [3, 3]).unwrap();
     let error = |points: &[[f64; 2]], areas: Option<&[f64]>, options: &LevelOptions| {
-        refine_levels(points, areas, &initial, &band, options).unwrap_err()
+        refine_levels(points, areas, None, &initial, &band, options).unwrap_err()
     };
     let options = LevelOptions::default();
     assert_eq!(error(&[], None, &options), LevelError::Refine(Error::NoPoints));
@@ -201,10 +201,10 @@ fn bad_input_is_refused() {
     let none = LevelOptions { steps: 0, ..options.clone() };
     assert!(matches!(error(&points, None, &none), LevelError::Refine(Error::Option { name: "steps", .. })));
     let constant = Spline::from_flat(initial.knots().clone(), vec![1.0; initial.as_flat().len()]).unwrap();
-    let flat = refine_levels(&points, None, &constant, &band, &options).unwrap_err();
+    let flat = refine_levels(&points, None, None, &constant, &band, &options).unwrap_err();
     assert_eq!(flat, LevelError::Refine(Error::NoGradient));
     let other = circle(8);
-    let foreign = refine_levels(&points, None, &other, &band, &options).unwrap_err();
+    let foreign = refine_levels(&points, None, None, &other, &band, &options).unwrap_err();
     assert!(matches!(foreign, LevelError::Hierarchy(_)), "{foreign}");
 }
 
@@ -237,7 +237,7 @@ fn surfaces_are_refined_by_energies_of_both_orders() {
     let band = CellBand::new(&knots, &points, &vec![2; points.len()], [3, 3]).unwrap();
     for third_order in [None, Some(0.015)] {
         let options = LevelOptions { third_order, holdout: 0.0, steps: 3, ..LevelOptions::for_spacing::<3>(0.02) };
-        let (f, report) = refine_levels(&points, None, &initial, &band, &options).unwrap();
+        let (f, report) = refine_levels(&points, None, None, &initial, &band, &options).unwrap();
         assert_eq!(f.levels().len(), 2);
         assert!(report.levels.iter().flat_map(|l| &l.steps).all(|s| s.objective[1] <= s.objective[0]));
         // Values are distances, for gradients have length 1; the dense cells are as wide as the tube's radius.
