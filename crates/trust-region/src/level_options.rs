@@ -3,6 +3,7 @@
 use thiserror::Error;
 use zeroset_bspline::{EnergyError, HierarchyError};
 use zeroset_multigrid::Fairness;
+use zeroset_watch::CancelToken;
 
 use crate::error::{Error, check_rules};
 
@@ -38,6 +39,8 @@ pub struct LevelOptions {
     pub seed: u64,
     /// Gradients shorter than this share of their root mean square count as if they had just this length. In (0, 1).
     pub gradient_floor: f64,
+    /// Looked at after every step; once it is cancelled no level makes more than one, and the result is the best function so far.
+    pub cancel: CancelToken,
 }
 
 impl Default for LevelOptions {
@@ -57,6 +60,7 @@ impl Default for LevelOptions {
             holdout: 0.05,
             seed: 0,
             gradient_floor: 1e-3,
+            cancel: CancelToken::new(),
         }
     }
 }
