@@ -8,9 +8,11 @@ mod info;
 mod interrupt;
 mod lattice;
 mod mesh;
+mod picture;
 mod points;
 mod progress;
 mod reconstruct;
+mod render;
 mod spline_file;
 mod zero_set;
 
@@ -63,6 +65,7 @@ fn run(arguments: &Arguments, say: &Say) -> Result<(), Failure> {
         Command::Eval(arguments) => eval::run(arguments, say),
         Command::Mesh(arguments) => mesh::run(arguments, say),
         Command::Field(arguments) => field::run(arguments, say),
+        Command::Render(arguments) => render::run(arguments, say),
         Command::Info(arguments) => info::run(arguments),
     }
 }

@@ -8,6 +8,7 @@ use zeroset_io::{OutputKind, Points};
 
 use crate::arguments::{Distance, Reconstruct, Topology};
 use crate::failure::Failure;
+use crate::picture::{Levels, PREVIEW, three_views, write_surface};
 use crate::points;
 use crate::progress::Say;
 use crate::spline_file::to_file;
@@ -50,6 +51,10 @@ pub fn run(arguments: &Reconstruct, say: &Say) -> Result<(), Failure> {
             say.line(describe_curve(&topology));
             let write = |path: &Path, kind| match kind {
                 OutputKind::Curve => write_curves(path, &curves, &set.points),
+                OutputKind::Picture => {
+                    let (origin, spline) = result.in_data_units().map_err(Failure::internal)?;
+                    Levels::of(&spline, &origin, &set.points, 0.0)?.write(path, PREVIEW)
+                }
                 _ => write_function(path, kind, &result),
             };
             finish(arguments, &kinds, &result, write, say)
@@ -62,6 +67,9 @@ pub fn run(arguments: &Reconstruct, say: &Say) -> Result<(), Failure> {
             say.line(describe_surface(&mesh, &topology));
             let write = |path: &Path, kind| match kind {
                 OutputKind::Mesh => write_mesh(path, &mesh),
+                OutputKind::Picture => {
+                    write_surface(path, &mesh, &set.points, &three_views(arguments.up.into()), PREVIEW)
+                }
                 _ => write_function(path, kind, &result),
             };
             finish(arguments, &kinds, &result, write, say)
