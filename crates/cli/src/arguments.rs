@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use zeroset_io::PointFormat;
+use zeroset_render::{Size, Up};
 
 use crate::points::format_parser;
 
@@ -41,6 +42,12 @@ pub enum Command {
     /// Sample a saved spline on a grid
     #[command(after_help = "Example:\n  zeroset field function.npz --cells 256 -o values.npy")]
     Field(Field),
+    /// Draw a saved spline: a surface with points, or a plane function's levels with its curve and points
+    #[command(
+        after_help = "Examples:\n  zeroset render function.npz --points scan.ply --view 1,0.5,1 -o surface.png\n  \
+                            zeroset render function.npz --points outline.xy -o levels.svg"
+    )]
+    Render(Render),
     /// Say what is in a points file or a saved spline
     #[command(after_help = "Example:\n  zeroset info scan.ply")]
     Info(Info),
@@ -55,12 +62,16 @@ pub struct Reconstruct {
     #[arg(long, value_name = "EXTENSION", value_parser = format_parser(), hide_possible_values = true, help_heading = "Input")]
     pub format: Option<PointFormat>,
     /// Where to write, repeatable; the extension decides what: mesh .ply .obj .stl .glb (3D), curve .svg .json .csv .dxf (2D),
-    /// spline .npz, field .npy .exr .vti
+    /// spline .npz, field .npy .exr .vti, picture .png: the surface with points from the front, obliquely and from above, or the
+    /// function's levels with curve and points
     #[arg(short, long = "output", value_name = "FILE", required_unless_present_any = ["oriented", "report"], help_heading = "Output")]
     pub output: Vec<PathBuf>,
     /// Write the input points with outward normals and confidence (.ply)
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub oriented: Option<PathBuf>,
+    /// The axis that points up in pictures
+    #[arg(long, value_enum, default_value_t = UpAxis::Y, help_heading = "Output")]
+    pub up: UpAxis,
     /// Write the report: stages, figures, topology of the result (.json)
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub report: Option<PathBuf>,
@@ -150,6 +161,66 @@ pub struct Field {
     /// Cells along the longest side of the function's box [default: the function's own finest ones, at most 512]
     #[arg(long, value_name = "CELLS")]
     pub cells: Option<usize>,
+}
+
+#[derive(Args)]
+pub struct Render {
+    /// A spline saved by reconstruct (.npz)
+    pub spline: PathBuf,
+    /// Where to write, repeatable: .png, in 2D also .svg
+    #[arg(short, long, value_name = "FILE", required = true)]
+    pub output: Vec<PathBuf>,
+    /// Points to be drawn too: a points file of the same dimension, or - for standard input. Of more than 20000 some
+    #[arg(long, value_name = "FILE")]
+    pub points: Option<PathBuf>,
+    /// The format of the points, whatever the extension; needed for standard input
+    #[arg(long, value_name = "EXTENSION", value_parser = format_parser(), hide_possible_values = true)]
+    pub format: Option<PointFormat>,
+    /// From which direction a surface is seen: from the surface towards the viewer [default: from the front, the right and above]
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_direction, allow_hyphen_values = true)]
+    pub view: Option<[f64; 3]>,
+    /// The axis that points up in the picture of a surface
+    #[arg(long, value_enum, default_value_t = UpAxis::Y)]
+    pub up: UpAxis,
+    /// Pixels of the picture; that of a plane function has its shape, and is as large as there is room
+    #[arg(long, value_name = "WxH", value_parser = parse_size, default_value = "800x800")]
+    pub size: Size,
+    /// Draw f = VALUE in place of f = 0, in the unit of the points
+    #[arg(long, value_name = "VALUE", default_value_t = 0.0, allow_negative_numbers = true)]
+    pub iso: f64,
+}
+
+/// The axis that points up.
+#[derive(Clone, Copy, ValueEnum)]
+pub enum UpAxis {
+    /// As in most models: seen from the front, z points at the viewer
+    Y,
+    /// As in most maps and machines: seen from the front, y points away
+    Z,
+}
+
+impl From<UpAxis> for Up {
+    fn from(axis: UpAxis) -> Self {
+        match axis {
+            UpAxis::Y => Self::Y,
+            UpAxis::Z => Self::Z,
+        }
+    }
+}
+
+fn parse_direction(text: &str) -> Result<[f64; 3], String> {
+    let numbers: Vec<f64> = text.split(',').filter_map(|part| part.trim().parse().ok()).collect();
+    let usable =
+        text.split(',').count() == 3 && numbers.iter().all(|c| c.is_finite()) && numbers.iter().any(|c| *c != 0.0);
+    let direction = numbers.try_into().ok().filter(|_| usable);
+    direction.ok_or_else(|| "three numbers are needed that are not all zero, such as 1,0.5,1".into())
+}
+
+fn parse_size(text: &str) -> Result<Size, String> {
+    let size = text
+        .split_once('x')
+        .and_then(|(width, height)| Some(Size { width: width.parse().ok()?, height: height.parse().ok()? }));
+    size.ok_or_else(|| "width and height are needed, such as 800x600".into())
 }
 
 #[derive(Args)]

@@ -3,13 +3,13 @@
 use zeroset::bspline::Derivatives;
 use zeroset_io::{EvaluationTable, Points, SplineFile};
 
-use crate::Say;
 use crate::arguments::Eval;
 use crate::failure::Failure;
 use crate::points;
+use crate::progress::Say;
 use crate::spline_file::to_spline;
 
-pub fn run(arguments: &Eval, say: Say) -> Result<(), Failure> {
+pub fn run(arguments: &Eval, say: &Say) -> Result<(), Failure> {
     zeroset_io::extension_among(&arguments.output, zeroset_io::TABLE_EXTENSIONS).map_err(Failure::usage)?;
     zeroset_io::extension_among(&arguments.spline, zeroset_io::SPLINE_EXTENSIONS).map_err(Failure::usage)?;
     let file = zeroset_io::read_spline(&arguments.spline).map_err(Failure::reading)?;

@@ -2,13 +2,13 @@
 
 use zeroset_io::SplineFile;
 
-use crate::Say;
 use crate::arguments::Field;
 use crate::failure::Failure;
 use crate::lattice;
+use crate::progress::Say;
 use crate::spline_file::to_spline;
 
-pub fn run(arguments: &Field, say: Say) -> Result<(), Failure> {
+pub fn run(arguments: &Field, say: &Say) -> Result<(), Failure> {
     for path in &arguments.output {
         zeroset_io::extension_among(path, zeroset_io::FIELD_EXTENSIONS).map_err(Failure::usage)?;
     }

@@ -6,17 +6,17 @@ use zeroset::bspline::HierarchicalSpline;
 use zeroset::isosurface::{self, Report};
 use zeroset_io::{CURVE_EXTENSIONS, MESH_EXTENSIONS, OutputKind, SplineFile};
 
-use crate::Say;
 use crate::arguments::Mesh;
 use crate::failure::Failure;
 use crate::lattice;
+use crate::progress::Say;
 use crate::spline_file::to_spline;
 use crate::zero_set::{describe_curve, describe_surface, write_curves, write_mesh};
 
 /// Chords over cells larger than this part of the box would show.
 const FINE_ENOUGH: usize = 96;
 
-pub fn run(arguments: &Mesh, say: Say) -> Result<(), Failure> {
+pub fn run(arguments: &Mesh, say: &Say) -> Result<(), Failure> {
     for path in &arguments.output {
         if !matches!(OutputKind::of(path).map_err(Failure::usage)?, OutputKind::Mesh | OutputKind::Curve) {
             return Err(Failure::usage(format!("{} is no mesh and no curve", path.display())));
@@ -82,7 +82,7 @@ fn shift<const D: usize>(vertex: &mut [f64; D], origin: &[f64; D]) {
     vertex.iter_mut().zip(origin).for_each(|(x, o)| *x += o);
 }
 
-fn warn(found: &Report, say: Say) {
+fn warn(found: &Report, say: &Say) {
     if found.capped > 0 {
         let vertices = found.capped;
         say.line(format_args!("warning: it leaves the function's box and was closed there ({vertices} vertices)"));

@@ -6,10 +6,11 @@ use serde::Serialize;
 use zeroset::{ReconstructError, Reconstruction, extract_curve, extract_surface};
 use zeroset_io::{OutputKind, Points};
 
-use crate::Say;
 use crate::arguments::{Distance, Reconstruct, Topology};
 use crate::failure::Failure;
+use crate::picture::{Levels, PREVIEW, three_views, write_surface};
 use crate::points;
+use crate::progress::Say;
 use crate::spline_file::to_file;
 use crate::zero_set::{describe_curve, describe_surface, write_curves, write_mesh};
 
@@ -22,9 +23,11 @@ struct RunReport<'a> {
     report: &'a zeroset::Report,
 }
 
-pub fn run(arguments: &Reconstruct, say: Say) -> Result<(), Failure> {
+pub fn run(arguments: &Reconstruct, say: &Say) -> Result<(), Failure> {
     let kinds = check_outputs(arguments)?;
-    let points = points::read(&arguments.points, arguments.format)?;
+    // Reading, topology, distance, sign, initial shape, extraction, writing, and mostly refinement.
+    say.begin(7 + u64::from(!arguments.no_refine));
+    let points = say.stage("reading", || points::read(&arguments.points, arguments.format))?;
     for (path, kind) in &kinds {
         let problem = match (points.dimension(), kind) {
             (zeroset_io::Dimension::Two, OutputKind::Mesh) => {
@@ -41,34 +44,46 @@ pub fn run(arguments: &Reconstruct, say: Say) -> Result<(), Failure> {
     say.line(format_args!("{}: {} points", arguments.points.display(), points.len()));
     match points {
         Points::Two(set) => {
-            let mut result = zeroset::reconstruct(&set.points, &options).map_err(|e| refused(arguments, e))?;
-            let (curves, topology) = extract_curve(&mut result).map_err(|e| refused(arguments, e))?;
+            let mut result = reconstruct(arguments, &set.points, &options, say)?;
+            let failed = |error| refused(arguments, error);
+            let (curves, topology) = say.stage("extraction", || extract_curve(&mut result).map_err(failed))?;
             trusted(arguments, &result)?;
             say.line(describe_curve(&topology));
-            for (path, kind) in &kinds {
-                if *kind == OutputKind::Curve {
-                    write_curves(path, &curves, &set.points)?;
-                } else {
-                    write_function(path, *kind, &result)?;
+            let write = |path: &Path, kind| match kind {
+                OutputKind::Curve => write_curves(path, &curves, &set.points),
+                OutputKind::Picture => {
+                    let (origin, spline) = result.in_data_units().map_err(Failure::internal)?;
+                    Levels::of(&spline, &origin, &set.points, 0.0)?.write(path, PREVIEW)
                 }
-            }
-            finish(arguments, &kinds, &result, say)
+                _ => write_function(path, kind, &result),
+            };
+            finish(arguments, &kinds, &result, write, say)
         }
         Points::Three(set) => {
-            let mut result = zeroset::reconstruct(&set.points, &options).map_err(|e| refused(arguments, e))?;
-            let (mesh, topology) = extract_surface(&mut result).map_err(|e| refused(arguments, e))?;
+            let mut result = reconstruct(arguments, &set.points, &options, say)?;
+            let failed = |error| refused(arguments, error);
+            let (mesh, topology) = say.stage("extraction", || extract_surface(&mut result).map_err(failed))?;
             trusted(arguments, &result)?;
             say.line(describe_surface(&mesh, &topology));
-            for (path, kind) in &kinds {
-                if *kind == OutputKind::Mesh {
-                    write_mesh(path, &mesh)?;
-                } else {
-                    write_function(path, *kind, &result)?;
+            let write = |path: &Path, kind| match kind {
+                OutputKind::Mesh => write_mesh(path, &mesh),
+                OutputKind::Picture => {
+                    write_surface(path, &mesh, &set.points, &three_views(arguments.up.into()), PREVIEW)
                 }
-            }
-            finish(arguments, &kinds, &result, say)
+                _ => write_function(path, kind, &result),
+            };
+            finish(arguments, &kinds, &result, write, say)
         }
     }
+}
+
+fn reconstruct<const D: usize>(
+    arguments: &Reconstruct,
+    points: &[[f64; D]],
+    options: &zeroset::Options,
+    say: &Say,
+) -> Result<Reconstruction<D>, Failure> {
+    say.watched(|watch| zeroset::reconstruct_watched(points, options, watch)).map_err(|error| refused(arguments, error))
 }
 
 /// Everything about the outputs that can be refused before the work begins: extensions and folders.
@@ -160,20 +175,25 @@ fn write_report<const D: usize>(arguments: &Reconstruct, result: &Reconstruction
     zeroset_io::write_report(path, &report).map_err(Failure::writing)
 }
 
+/// Writes everything, and says so.
 fn finish<const D: usize>(
     arguments: &Reconstruct,
     kinds: &[(PathBuf, OutputKind)],
     result: &Reconstruction<D>,
-    say: Say,
+    write: impl Fn(&Path, OutputKind) -> Result<(), Failure>,
+    say: &Say,
 ) -> Result<(), Failure> {
-    if let Some(path) = &arguments.oriented {
-        let oriented = result.oriented();
-        let positions: Vec<_> = oriented.iter().map(|p| p.position).collect();
-        let normals: Vec<_> = oriented.iter().map(|p| p.normal).collect();
-        let confidence: Vec<_> = oriented.iter().map(|p| p.confidence).collect();
-        zeroset_io::write_oriented(path, &positions, &normals, &confidence).map_err(Failure::writing)?;
-    }
-    write_report(arguments, result)?;
+    say.stage("writing", || {
+        kinds.iter().try_for_each(|(path, kind)| write(path, *kind))?;
+        if let Some(path) = &arguments.oriented {
+            let oriented = result.oriented();
+            let positions: Vec<_> = oriented.iter().map(|p| p.position).collect();
+            let normals: Vec<_> = oriented.iter().map(|p| p.normal).collect();
+            let confidence: Vec<_> = oriented.iter().map(|p| p.confidence).collect();
+            zeroset_io::write_oriented(path, &positions, &normals, &confidence).map_err(Failure::writing)?;
+        }
+        write_report(arguments, result)
+    })?;
     for warning in result.report.warnings.iter().chain(&result.report.doubt) {
         say.line(format_args!("warning: {warning}"));
     }

@@ -3,6 +3,7 @@
 use thiserror::Error;
 use zeroset_bspline::{CollocationError, EnergyError, SplineError};
 use zeroset_multigrid::{AssemblyError, FactorError, MultigridError};
+use zeroset_watch::Cancelled;
 use zeroset_winding::WindingError;
 
 /// Why a generalized eigenvector fit failed.
@@ -54,4 +55,7 @@ pub enum GefmError {
     /// Winding numbers could not be computed.
     #[error(transparent)]
     Winding(#[from] WindingError),
+    /// Somebody cancelled.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
 }

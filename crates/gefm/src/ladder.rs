@@ -31,8 +31,8 @@ struct Leader<const D: usize> {
 /// the V-cycle; it should have no more than a few hundred to a few thousand coefficients.
 ///
 /// # Errors
-/// If there are no points, lengths do not fit, a point lies outside the lattice, or no gradient is left. A candidate that
-/// fails is passed over as long as another one does not.
+/// If there are no points, lengths do not fit, a point lies outside the lattice, no gradient is left, or the ladder was
+/// cancelled. A candidate that fails is passed over as long as another one does not.
 pub fn climb<const D: usize>(
     points: &[[f64; D]],
     areas: &[f64],
@@ -106,13 +106,14 @@ impl<const D: usize> Ladder<'_, D> {
     fn climb(&mut self, halvings: u32) -> Result<(), GefmError> {
         let ratio = self.leader.as_ref().map_or(self.options.likeliest, |leader| leader.ratio);
         let points = (self.points, self.areas);
+        self.options.cancel.check()?;
         let mut rung = Rung::new(points, self.base, halvings, ratio, &self.directions(), self.options)?;
         if self.leader.is_some() {
-            self.consider(&rung, false);
+            self.consider(&rung, false)?;
             if let Some(ratio) = self.shorter(ratio) {
                 // Wide cells may have called for a length that narrower ones do not need.
                 rung.set_ratio(ratio)?;
-                self.consider(&rung, false);
+                self.consider(&rung, false)?;
             }
         }
         match self.leader.as_ref().map(|leader| (leader.ratio, leader.score)) {
@@ -149,7 +150,7 @@ impl<const D: usize> Ladder<'_, D> {
     /// random: under noise all those that are too short are, and so are their scores.
     fn search(&mut self, rung: &mut Rung<D>) -> Result<(), GefmError> {
         let first_ratio = rung.ratio();
-        let first = self.consider(rung, true);
+        let first = self.consider(rung, true)?;
         let longer: Vec<f64> = self.options.ratios.iter().copied().filter(|other| *other > first_ratio).collect();
         let shorter: Vec<f64> =
             self.options.ratios.iter().rev().copied().filter(|other| *other < first_ratio).collect();
@@ -160,7 +161,7 @@ impl<const D: usize> Ladder<'_, D> {
                     return Ok(());
                 }
                 rung.set_ratio(ratio)?;
-                let score = self.consider(rung, true);
+                let score = self.consider(rung, true)?;
                 let slack = self.smoother(last);
                 if score < if ratio > first_ratio { last + slack } else { last - slack } {
                     (last, better, patient) = (score, true, false);
@@ -178,13 +179,17 @@ impl<const D: usize> Ladder<'_, D> {
     }
 
     /// Fits, from scratch or from the rung's pulls, and judges; the score, infinite if the fit failed.
-    fn consider(&mut self, rung: &Rung<D>, spectral: bool) -> f64 {
+    ///
+    /// # Errors
+    /// If the ladder was cancelled.
+    fn consider(&mut self, rung: &Rung<D>, spectral: bool) -> Result<f64, GefmError> {
         let found = if spectral { rung.spectral() } else { rung.continued() };
         match self.judge(found, rung, spectral) {
-            Ok(score) => score,
+            Ok(score) => Ok(score),
+            Err(cancelled @ GefmError::Cancelled(_)) => Err(cancelled),
             Err(error) => {
                 self.failure = Some(error);
-                f64::INFINITY
+                Ok(f64::INFINITY)
             }
         }
     }
@@ -241,6 +246,15 @@ mod tests {
         let welded = &report.candidates[0];
         assert_eq!(welded.ratio, 3.2);
         assert!(welded.judgement.score > 2.0 * choice.judgement.score, "{report:?}");
+    }
+
+    #[test]
+    fn a_cancelled_ladder_is_not_climbed() {
+        let points = [[0.3, 0.0], [0.0, 0.3], [-0.3, 0.0], [0.0, -0.3]];
+        let options = LadderOptions::new(0.4, 2.5);
+        options.cancel.cancel();
+        let result = climb(&points, &[1.0; 4], &knots(0.6, 8), &options);
+        assert!(matches!(result, Err(GefmError::Cancelled(_))));
     }
 
     #[test]

@@ -1,5 +1,7 @@
 //! What the ladder may try, and when it is content.
 
+use zeroset_watch::CancelToken;
+
 /// Settings of [`climb`](crate::climb).
 #[derive(Debug, Clone, PartialEq)]
 pub struct LadderOptions {
@@ -21,6 +23,9 @@ pub struct LadderOptions {
     pub doubtful: f64,
     /// Relative residual of the solves on finer lattices.
     pub tolerance: f64,
+    /// Looked at before every iteration of the continuation; a cancelled ladder ends with
+    /// [`GefmError::Cancelled`](crate::GefmError::Cancelled).
+    pub cancel: CancelToken,
 }
 
 impl LadderOptions {
@@ -36,6 +41,7 @@ impl LadderOptions {
             content: 0.1,
             doubtful: 0.25,
             tolerance: 1e-3,
+            cancel: CancelToken::new(),
         }
     }
 

@@ -13,6 +13,7 @@
 
 use serde::Serialize;
 use zeroset_bspline::Collocation;
+use zeroset_watch::CancelToken;
 
 use crate::error::GefmError;
 use crate::lanczos::dot;
@@ -27,11 +28,13 @@ pub struct ContinuationOptions {
     pub angle: f64,
     /// Most iterations per exponent.
     pub most_iterations: usize,
+    /// Looked at before every iteration.
+    pub cancel: CancelToken,
 }
 
 impl Default for ContinuationOptions {
     fn default() -> Self {
-        Self { exponents: vec![1.5, 1.0], angle: 1.0, most_iterations: 100 }
+        Self { exponents: vec![1.5, 1.0], angle: 1.0, most_iterations: 100, cancel: CancelToken::new() }
     }
 }
 
@@ -60,7 +63,7 @@ pub struct ContinuationReport {
 /// Continues from coefficients `f` (an eigenvector, p = 2) down to the last exponent, with a solver of `A` for θ = 1.
 ///
 /// # Errors
-/// If an exponent lies outside `[1, 2]`, or all gradients vanish.
+/// If an exponent lies outside `[1, 2]`, all gradients vanish, or somebody cancelled.
 pub fn continue_exponent<const D: usize>(
     collocation: &Collocation<D>,
     solver: &impl NormalSolver,
@@ -78,6 +81,7 @@ pub fn continue_exponent<const D: usize>(
         let before = gradients.clone();
         let mut stage = ContinuationStage { exponent, iterations: 0, flipped: 0.0, objective: vec![], settled: false };
         while stage.iterations < options.most_iterations && !stage.settled {
+            options.cancel.check()?;
             let pulls: Vec<[f64; D]> = gradients
                 .iter()
                 .zip(areas)

@@ -81,6 +81,7 @@ impl<'a, const D: usize> Rung<'a, D> {
 
     /// The fit from scratch: the eigenvector, or about it, for the continuation only needs to begin near it.
     pub(crate) fn spectral(&self) -> Found<D> {
+        self.options.cancel.check()?;
         let apply_b = |f: &[f64]| apply_b(&self.collocation, self.areas, f);
         let pair = smallest_eigenpair(|right| self.solve(right), apply_b, self.pull.clone(), 1e-2, 24);
         let (f, _) = pair.ok_or(GefmError::NoGradient)?;
@@ -101,6 +102,7 @@ impl<'a, const D: usize> Rung<'a, D> {
         let settings = ContinuationOptions {
             exponents: exponents.to_vec(),
             most_iterations: MOST_ITERATIONS,
+            cancel: self.options.cancel.clone(),
             ..ContinuationOptions::default()
         };
         let (f, report) = continue_exponent(&self.collocation, &self.solver(), self.areas, f, &settings)?;

@@ -29,6 +29,8 @@ pub const CURVE_EXTENSIONS: &[&str] = &["svg", "json", "csv", "dxf"];
 pub const SPLINE_EXTENSIONS: &[&str] = &["npz"];
 /// Extensions of the files that [`crate::write_field`] writes. `reconstruct` reads `.npz` as a spline, see [`OutputKind`].
 pub const FIELD_EXTENSIONS: &[&str] = &["npy", "npz", "exr", "vti"];
+/// Extensions of the files that [`crate::write_picture`] writes. `reconstruct` reads `.svg` as a curve, see [`OutputKind`].
+pub const PICTURE_EXTENSIONS: &[&str] = &["png", "svg"];
 /// Extensions of the files that [`crate::write_table`] writes.
 pub const TABLE_EXTENSIONS: &[&str] = &["csv", "txt", "npy"];
 /// Extension of the files that [`crate::write_oriented`] and [`crate::write_points`] write.
@@ -47,12 +49,14 @@ pub enum OutputKind {
     Spline,
     /// The function's values on a lattice: `.npy`, `.exr`, `.vti`.
     Field,
+    /// A picture: `.png`.
+    Picture,
 }
 
 impl OutputKind {
     /// Every extension that a reconstruction can write, in the order in which errors list them.
     pub const EXTENSIONS: &[&str] =
-        &["ply", "obj", "stl", "glb", "svg", "json", "csv", "dxf", "npz", "npy", "exr", "vti"];
+        &["ply", "obj", "stl", "glb", "svg", "json", "csv", "dxf", "npz", "npy", "exr", "vti", "png"];
 
     /// The kind that `path` asks for.
     ///
@@ -71,6 +75,7 @@ impl OutputKind {
             "ply" | "obj" | "stl" | "glb" => Self::Mesh,
             "svg" | "json" | "csv" | "dxf" => Self::Curve,
             "npz" => Self::Spline,
+            "png" => Self::Picture,
             _ => Self::Field,
         })
     }
@@ -151,6 +156,7 @@ mod tests {
             ("a.npy", OutputKind::Field),
             ("a.exr", OutputKind::Field),
             ("a.vti", OutputKind::Field),
+            ("a.png", OutputKind::Picture),
         ] {
             assert_eq!(OutputKind::of(Path::new(path)).unwrap(), kind, "{path}");
         }
@@ -168,7 +174,7 @@ mod tests {
         assert_eq!(
             sentence,
             "out/a.objj: unknown extension .objj (did you mean .obj?); known: .ply, .obj, .stl, .glb, .svg, .json, .csv, .dxf, .npz, .npy, .exr, \
-             .vti"
+             .vti, .png"
         );
     }
 

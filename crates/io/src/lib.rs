@@ -1,4 +1,4 @@
-//! Reads point sets and writes what a reconstruction makes of them: meshes, curves, splines, fields, tables and reports.
+//! Reads point sets and writes what a reconstruction makes of them: meshes, curves, splines, fields, tables, pictures and reports.
 //!
 //! The crate takes and gives plain data and knows nothing of the mathematics. The format follows a path's extension.
 //!
@@ -52,6 +52,7 @@ mod npy;
 mod npz;
 mod obj_points;
 mod oriented;
+mod picture;
 mod ply_cloud;
 mod ply_header;
 mod ply_points;
@@ -74,16 +75,18 @@ mod write_error;
 
 pub use curve::{Curves, write_curves};
 pub use extension::{
-    CURVE_EXTENSIONS, FIELD_EXTENSIONS, MESH_EXTENSIONS, ORIENTED_EXTENSIONS, OutputKind, POINT_EXTENSIONS,
-    REPORT_EXTENSIONS, SPLINE_EXTENSIONS, TABLE_EXTENSIONS, UnknownExtension, extension_among,
+    CURVE_EXTENSIONS, FIELD_EXTENSIONS, MESH_EXTENSIONS, ORIENTED_EXTENSIONS, OutputKind, PICTURE_EXTENSIONS,
+    POINT_EXTENSIONS, REPORT_EXTENSIONS, SPLINE_EXTENSIONS, TABLE_EXTENSIONS, UnknownExtension, extension_among,
 };
 pub use field::{Field, write_field};
 pub use mesh::{TriMesh, write_mesh};
 pub use oriented::write_oriented;
+pub use picture::{Picture, write_picture};
 pub use ply_cloud::write_points;
 pub use point_format::{PointFormat, parse_points};
 pub use points::{Dimension, PointSet, Points, read_points, read_points_as};
 pub use read_error::{Malformed, Place, ReadError};
+pub use replace_file::abandon_writes;
 pub use report::write_report;
 pub use spline::{SPLINE_VERSION, SplineFile, parse_spline, read_spline, write_spline};
 pub use spline_level::SplineLevel;

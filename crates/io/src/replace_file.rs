@@ -2,9 +2,29 @@
 
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use tempfile::NamedTempFile;
 
 use crate::write_error::WriteError;
+
+/// The temporary files that are being written; nothing once writing was abandoned.
+static WRITING: Mutex<Option<Vec<PathBuf>>> = Mutex::new(Some(Vec::new()));
+
+fn writing() -> MutexGuard<'static, Option<Vec<PathBuf>>> {
+    // A list of paths has no state between two others.
+    WRITING.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Removes the temporary file of every write that is going on in this process, and has these and all later ones fail with
+/// [`WriteError::Abandoned`]: for a program that was interrupted and is about to end. Files that stand at their paths stay.
+pub fn abandon_writes() {
+    for temporary in writing().take().into_iter().flatten() {
+        // There is nobody to tell, and nothing else to try.
+        let _ = std::fs::remove_file(temporary);
+    }
+}
 
 /// Has `write` fill a temporary file in the folder of `path`, then renames it to `path`.
 ///
@@ -30,11 +50,30 @@ pub(crate) fn replace_file(
     // Temporary files are private by default; the result should be as readable as any other new file.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    let mut temporary = builder.tempfile_in(folder).map_err(unwritable)?;
-    let mut out = BufWriter::new(temporary.as_file_mut());
-    write(&mut out).and_then(|()| out.flush()).map_err(unwritable)?;
-    drop(out);
+    let abandoned = || WriteError::Abandoned { path: path.to_owned() };
+    // Made and listed at one stroke, and so renamed: whoever abandons the writes misses none.
+    let mut temporary = match &mut *writing() {
+        Some(list) => {
+            let temporary = builder.tempfile_in(folder).map_err(unwritable)?;
+            list.push(temporary.path().to_owned());
+            temporary
+        }
+        None => return Err(abandoned()),
+    };
+    let written = fill(&mut temporary, write);
+    let mut list = writing();
+    let list = list.as_mut().ok_or_else(abandoned)?;
+    list.retain(|listed| listed != temporary.path());
+    written.map_err(unwritable)?;
     temporary.persist(path).map(drop).map_err(|error| unwritable(error.error))
+}
+
+fn fill(
+    temporary: &mut NamedTempFile,
+    write: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>,
+) -> io::Result<()> {
+    let mut out = BufWriter::new(temporary.as_file_mut());
+    write(&mut out).and_then(|()| out.flush())
 }
 
 #[cfg(test)]

@@ -34,6 +34,12 @@ pub enum WriteError {
         /// The operating system's reason.
         source: io::Error,
     },
+    /// Writing was abandoned: see [`abandon_writes`](crate::abandon_writes).
+    #[error("{} was not written: the run was interrupted", path.display())]
+    Abandoned {
+        /// The path as given.
+        path: PathBuf,
+    },
     /// The data do not fit together or not into the format: lengths that differ, an index out of range.
     #[error("cannot write {}: {problem}", path.display())]
     Invalid {

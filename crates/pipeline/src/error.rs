@@ -90,11 +90,19 @@ pub enum ReconstructError {
     /// The function cannot be expressed in the data's unit.
     #[error("the function cannot be expressed in the data's unit: {0}")]
     Spline(#[from] zeroset_bspline::SplineError),
+    /// Somebody cancelled.
+    #[error(transparent)]
+    Cancelled(#[from] zeroset_watch::Cancelled),
 }
 
 impl ReconstructError {
     /// Whether the points themselves are the cause, rather than the program or its options.
     pub fn is_input(&self) -> bool {
         matches!(self, Self::Input(_))
+    }
+
+    /// Whether the reconstruction was called off.
+    pub fn is_cancelled(&self) -> bool {
+        matches!(self, Self::Cancelled(_) | Self::Topology(zeroset_gefm::GefmError::Cancelled(_)))
     }
 }

@@ -66,7 +66,7 @@ pub use extraction::{Figures, extract_curve, extract_surface};
 pub use frame::Frame;
 pub use gap_sites::gap_sites;
 pub use options::{Options, Topology};
-pub use reconstruct::{OrientedPoint, Reconstruction, coarse_cells, reconstruct};
+pub use reconstruct::{OrientedPoint, Reconstruction, coarse_cells, reconstruct, reconstruct_watched};
 pub use report::{
     DistanceReport, ExtractionReport, FrameReport, InputReport, REPORT_VERSION, Report, StageFigures, StageReport,
     TrustReport,
@@ -81,3 +81,4 @@ pub use zeroset_gefm as gefm;
 pub use zeroset_isosurface as isosurface;
 pub use zeroset_lsq_init as lsq_init;
 pub use zeroset_trust_region as trust_region;
+pub use zeroset_watch::{CancelToken, Cancelled, Progress, Watch};

@@ -8,6 +8,7 @@ use zeroset_bspline::{Derivatives, HierarchicalSpline, Spline};
 use zeroset_eikonal_sweep::{self as eikonal_sweep, Lattice};
 use zeroset_gefm as gefm;
 use zeroset_lsq_init as lsq_init;
+use zeroset_watch::{CancelToken, Watch};
 
 use crate::denoising::denoised;
 use crate::domain::Domain;
@@ -58,15 +59,41 @@ pub fn reconstruct<const D: usize>(
     points: &[[f64; D]],
     options: &Options,
 ) -> Result<Reconstruction<D>, ReconstructError> {
+    reconstruct_watched(points, options, &Watch::default())
+}
+
+/// As [`reconstruct`], for somebody who watches: `watch.progress` is told when a stage begins and ends, by the stage's name in the
+/// report, and `watch.cancel` ends the work, within an iteration in the long stages (topology and refinement), otherwise when the
+/// stage is done.
+///
+/// ```
+/// use zeroset::{CancelToken, Options, Watch, reconstruct_watched};
+/// let cancel = CancelToken::new();
+/// cancel.cancel(); // usually from another thread
+/// let square = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.5, 0.0], [0.5, 1.0]];
+/// let error = reconstruct_watched(&square, &Options::default(), &Watch { cancel, ..Watch::default() }).unwrap_err();
+/// assert!(error.is_cancelled());
+/// ```
+///
+/// # Errors
+/// As [`reconstruct`], and [`ReconstructError::is_cancelled`] errors.
+pub fn reconstruct_watched<const D: usize>(
+    points: &[[f64; D]],
+    options: &Options,
+    watch: &Watch,
+) -> Result<Reconstruction<D>, ReconstructError> {
     options.check()?;
     let (frame, distinct) = Frame::of(points)?;
     let (heard, spacing) = heard(&distinct);
     let Lattices { domain, halvings, levels } = lattices(&frame, &spacing, options);
-    let mut road = Road { stages: Vec::new() };
+    let mut road = Road { stages: Vec::new(), watch };
 
     let few = thinned(&heard, spacing.typical).map(|few| (Spacing::of(&few), few));
     let (few_spacing, few) = few.as_ref().map_or((&spacing, &heard), |(spacing, few)| (spacing, few));
-    let (f_hat, calibration, ratio) = road.stage(|| topology(few, few_spacing, &domain, halvings, options))?;
+    let (f_hat, calibration, ratio) = road
+        .stage(if options.topology == Topology::Paper { "topology" } else { "ladder" }, || {
+            topology(few, few_spacing, &domain, halvings, options, &watch.cancel)
+        })?;
 
     let noise = standard_deviation(&f_hat, &heard);
     let nodes = domain.nodes(halvings);
@@ -74,11 +101,11 @@ pub fn reconstruct<const D: usize>(
     let smooth = denoised(&f_hat, &heard, spacing.typical);
     let sites = smooth.as_ref().unwrap_or(&heard);
     let noisy = smooth.is_some();
-    let mut distance = road.stage(|| unsigned_distance(sites, &domain, halvings, options))?;
+    let mut distance = road.stage("distance", || unsigned_distance(sites, &domain, halvings, options))?;
 
     // Data support the zero set where they lie within a cell and a spacing of both ends of a lattice edge.
     let reach = 1.5 * cell.max(spacing.typical) + cell;
-    let phi = road.stage(|| {
+    let phi = road.stage("sign", || {
         let field = sign_field(&f_hat, few, few_spacing, &domain, halvings, &distance, calibration)?;
         let (mut phi, report) = synthesize(&field, &distance, reach);
         let gaps = gap_sites(&field.value, &phi, &nodes, sites, cell.max(spacing.typical));
@@ -91,7 +118,7 @@ pub fn reconstruct<const D: usize>(
     })?;
 
     let knots = domain.knots(options.degree, halvings)?;
-    let initial = road.stage(|| {
+    let initial = road.stage("initial-shape", || {
         let fairness = lsq_init::Fairness::Length(0.5 * cell);
         let settings = lsq_init::Options { fairness, ..lsq_init::Options::default() };
         let (spline, report) = lsq_init::fit(phi.view(), &nodes, &knots, &settings)?;
@@ -110,10 +137,13 @@ pub fn reconstruct<const D: usize>(
             levels,
             distance: &distance,
             smoothing: options.smoothing.map(|length| length * frame.scale),
+            cancel: &watch.cancel,
         };
-        road.stage(
-            || if options.degree == 3 { settings.on_levels(&initial) } else { settings.on_one_lattice(&initial) },
-        )?
+        if options.degree == 3 {
+            road.stage("refinement", || settings.on_levels(&initial))?
+        } else {
+            road.stage("dense-refinement", || settings.on_one_lattice(&initial))?
+        }
     } else {
         HierarchicalSpline::new(initial)?
     };
@@ -206,17 +236,21 @@ pub struct OrientedPoint<const D: usize> {
 }
 
 /// Collects the stages' reports.
-struct Road {
+struct Road<'a> {
     stages: Vec<StageReport>,
+    watch: &'a Watch<'a>,
 }
 
-impl Road {
+impl Road<'_> {
+    /// Runs a stage, which has the name of its figures.
     fn stage<T>(
         &mut self,
+        name: &'static str,
         work: impl FnOnce() -> Result<(T, StageFigures), ReconstructError>,
     ) -> Result<T, ReconstructError> {
         let start = Instant::now();
-        let (result, figures) = work()?;
+        let (result, figures) = self.watch.stage(name, work)??;
+        debug_assert_eq!(name, figures.name());
         let seconds = start.elapsed().as_secs_f64();
         info!(stage = figures.name(), seconds, "done");
         self.stages.push(StageReport { seconds, figures });
@@ -285,11 +319,13 @@ fn topology<const D: usize>(
     domain: &Domain<D>,
     halvings: u32,
     options: &Options,
+    cancel: &CancelToken,
 ) -> Result<((Spline<D>, f64, f64), StageFigures), ReconstructError> {
     match options.topology {
         Topology::Continuation => {
             let settings = gefm::LadderOptions {
                 last: 1 + halvings.min(2),
+                cancel: cancel.clone(),
                 ..gefm::LadderOptions::new(spacing.typical, spacing.density)
             };
             let (f_hat, _, report) = gefm::climb(points, &spacing.areas, &domain.bottom(options.degree)?, &settings)?;
@@ -300,7 +336,8 @@ fn topology<const D: usize>(
         Topology::Paper => {
             // Below the spacing, so that close walls stay apart, but not below what the lattice can resolve.
             let smoothing_length = (0.4 * spacing.typical).max(0.1 * domain.spacing);
-            let settings = gefm::Options { smoothing_length, density: spacing.density, ..gefm::Options::paper() };
+            let mut settings = gefm::Options { smoothing_length, density: spacing.density, ..gefm::Options::paper() };
+            settings.continuation.cancel = cancel.clone();
             let knots = domain.knots(options.degree, 0)?;
             let (f_hat, report) = gefm::fit(points, &spacing.areas, &knots, &settings)?;
             Ok(((f_hat, 1.0, 0.4), StageFigures::Topology(report)))
@@ -353,4 +390,44 @@ fn warnings(stages: &[StageReport]) -> Vec<String> {
         }
     }
     warnings
+}
+
+#[cfg(test)]
+mod tests {
+    use std::cell::RefCell;
+
+    use zeroset_watch::Progress;
+
+    use super::*;
+
+    #[test]
+    fn every_stage_is_told_of_and_can_be_called_off() {
+        let points: Vec<[f64; 2]> = (0..120)
+            .map(|i| (f64::from(i) / 120.0 * std::f64::consts::TAU).sin_cos())
+            .map(|(s, c)| [3.0 * c, 2.0 * s])
+            .collect();
+        for options in [Options::default(), Options { degree: 2, topology: Topology::Paper, ..Options::default() }] {
+            let (begun, done) = (RefCell::new(Vec::new()), RefCell::new(Vec::new()));
+            let note = |progress| match progress {
+                Progress::Started { stage } => begun.borrow_mut().push(stage),
+                Progress::Finished { stage, .. } => done.borrow_mut().push(stage),
+                _ => {}
+            };
+            let watch = Watch { progress: Some(&note), ..Watch::default() };
+            let result = reconstruct_watched(&points, &options, &watch).unwrap();
+            let stages: Vec<&str> = result.report.stages.iter().map(|stage| stage.figures.name()).collect();
+            assert_eq!((&*begun.borrow(), &*done.borrow()), (&stages, &stages));
+            for called_off in stages {
+                let (cancel, done) = (CancelToken::new(), RefCell::new(Vec::new()));
+                let note = |progress| match progress {
+                    Progress::Started { stage } if stage == called_off => cancel.cancel(),
+                    Progress::Finished { stage, .. } => done.borrow_mut().push(stage),
+                    _ => {}
+                };
+                let watch = Watch { cancel: cancel.clone(), progress: Some(&note) };
+                let error = reconstruct_watched(&points, &options, &watch).unwrap_err();
+                assert!(error.is_cancelled() && !done.borrow().contains(&called_off), "{called_off}: {error}");
+            }
+        }
+    }
 }

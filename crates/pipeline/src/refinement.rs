@@ -1,8 +1,11 @@
 //! Settings of the dynamic reconstruction: cells and smoothing length from the sampling and its noise.
 
+use std::ops::ControlFlow;
+
 use ndarray::ArrayD;
 use zeroset_bspline::{CellBand, Derivatives, HierarchicalSpline, Spline, levels_for_spacing};
 use zeroset_trust_region as trust_region;
+use zeroset_watch::CancelToken;
 
 use crate::anchor;
 use crate::domain::Domain;
@@ -51,6 +54,8 @@ pub struct Refinement<'a, const D: usize> {
     pub distance: &'a ArrayD<f64>,
     /// The smoothing length that is wanted, if not what the data suggest.
     pub smoothing: Option<f64>,
+    /// Ends the refinement early.
+    pub cancel: &'a CancelToken,
 }
 
 /// Where the gradient of f̂ is below this share of its mean, it does not tell the side.
@@ -92,6 +97,7 @@ impl<const D: usize> Refinement<'_, D> {
             noise: noise.map(|noise| NOISE_LEFT * noise),
             // Of few points so few are held out that their error may turn by chance.
             patience: if self.points.len() < FEW { 4 } else { 2 },
+            cancel: self.cancel.clone(),
             ..trust_region::LevelOptions::for_spacing::<D>(spacing)
         };
         if let Some(length) = self.smoothing {
@@ -128,7 +134,10 @@ impl<const D: usize> Refinement<'_, D> {
         }
         let degree = initial.knots()[0].degree();
         settings.stiffness = anchor::stiffness(self.domain, self.halvings, degree, self.distance, cell.max(spacing));
-        let (spline, report) = trust_region::refine(self.points, Some(&self.spacing.areas), initial, &settings)?;
+        let (spline, report) =
+            trust_region::refine_with(self.points, Some(&self.spacing.areas), initial, &settings, &|_| {
+                if self.cancel.is_cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            })?;
         Ok((HierarchicalSpline::new(spline)?, StageFigures::DenseRefinement(report)))
     }
 }

@@ -189,7 +189,7 @@ impl<'a, const D: usize> Cascade<'a, D> {
             }
             steps.push(step);
             idle = if better { 0 } else { idle + 1 };
-            if idle == self.options.patience || self.at_noise {
+            if idle == self.options.patience || self.at_noise || self.options.cancel.is_cancelled() {
                 break;
             }
         }

@@ -3,6 +3,7 @@
 use thiserror::Error;
 use zeroset_bspline::{EnergyError, HierarchyError};
 use zeroset_multigrid::Fairness;
+use zeroset_watch::CancelToken;
 
 use crate::error::{Error, check_rules};
 
@@ -41,6 +42,8 @@ pub struct LevelOptions {
     /// Where normals are given: a slope along the normal that is too small by 1 counts as much as a distance of this
     /// length. Not negative; 0 for no heed to normals.
     pub normal_length: f64,
+    /// Looked at after every step; once it is cancelled no level makes more than one, and the result is the best function so far.
+    pub cancel: CancelToken,
 }
 
 impl Default for LevelOptions {
@@ -61,6 +64,7 @@ impl Default for LevelOptions {
             seed: 0,
             gradient_floor: 1e-3,
             normal_length: 0.004,
+            cancel: CancelToken::new(),
         }
     }
 }

@@ -185,6 +185,20 @@ fn the_same_bytes_for_any_number_of_threads() {
 }
 
 #[test]
+fn a_cancelled_refinement_ends_after_a_step_per_level() {
+    let points = flower(500, 0.001);
+    let (initial, options) = initial(&points, 0.005);
+    let band = CellBand::new(initial.knots(), &points, &vec![2; points.len()], [3, 3]).unwrap();
+    let steps = || {
+        let (_, report) = refine_levels(&points, None, None, &initial, &band, &options).unwrap();
+        report.levels.iter().map(|level| level.steps.len()).max()
+    };
+    assert!(steps() > Some(1));
+    options.cancel.cancel();
+    assert_eq!(steps(), Some(1));
+}
+
+#[test]
 fn bad_input_is_refused() {
     let points = flower(200, 0.0);
     let initial = circle(16);
