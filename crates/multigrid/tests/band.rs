@@ -90,7 +90,7 @@ fn check_operator<const D: usize>() {
 
         let energy = BandEnergy::new(Arc::clone(level.active()), level.cell_sides(), Fairness::thin_plate(1e-3));
         let part = |third: bool| {
-            let is_wanted = |i: usize| (i % 3 == 0) == third;
+            let is_wanted = |i: usize| i.is_multiple_of(3) == third;
             let wanted: Vec<usize> = (0..alpha.len()).filter(|i| is_wanted(*i)).collect();
             BandRows {
                 collocation: Cow::Owned(collocation.subset(is_wanted)),
