@@ -43,12 +43,12 @@
 //! `zeroset-io`).
 
 mod anchor;
+mod crossings;
 mod denoising;
 mod domain;
 mod error;
 mod extraction;
 mod frame;
-mod gap_sites;
 mod noise;
 mod options;
 mod reconstruct;
@@ -60,11 +60,11 @@ mod spacing;
 mod thinning;
 mod trust;
 
+pub use crossings::{crossings, gaps, off_the_surface};
 pub use domain::Domain;
 pub use error::{InputError, ReconstructError};
 pub use extraction::{Figures, extract_curve, extract_surface};
 pub use frame::Frame;
-pub use gap_sites::gap_sites;
 pub use options::{Options, Topology};
 pub use reconstruct::{OrientedPoint, Reconstruction, coarse_cells, reconstruct, reconstruct_watched};
 pub use report::{

@@ -10,11 +10,11 @@ use zeroset_gefm as gefm;
 use zeroset_lsq_init as lsq_init;
 use zeroset_watch::{CancelToken, Watch};
 
+use crate::crossings::{crossings, gaps, off_the_surface};
 use crate::denoising::denoised;
 use crate::domain::Domain;
 use crate::error::ReconstructError;
 use crate::frame::Frame;
-use crate::gap_sites::gap_sites;
 use crate::noise::standard_deviation;
 use crate::options::{Options, Topology};
 use crate::refinement::Refinement;
@@ -105,17 +105,21 @@ pub fn reconstruct_watched<const D: usize>(
 
     // Data support the zero set where they lie within a cell and a spacing of both ends of a lattice edge.
     let reach = 1.5 * cell.max(spacing.typical) + cell;
-    let phi = road.stage("sign", || {
+    let (phi, off) = road.stage("sign", || {
         let field = sign_field(&f_hat, few, few_spacing, &domain, halvings, &distance, calibration)?;
         let (mut phi, report) = synthesize(&field, &distance, reach);
-        let gaps = gap_sites(&field.value, &phi, &nodes, sites, cell.max(spacing.typical));
-        if !gaps.is_empty() {
-            let sites: Vec<[f64; D]> = sites.iter().chain(&gaps).copied().collect();
-            (distance, _) = unsigned_distance(&sites, &domain, halvings, options)?;
+        let crossings = crossings(&field.value, &phi, &nodes);
+        let off = off_the_surface(&crossings, &heard, &spacing.local, cell, noise);
+        let sites = kept(sites, &off);
+        let gaps = gaps(&crossings, &sites, cell.max(spacing.typical));
+        if !gaps.is_empty() || sites.len() < heard.len() {
+            (distance, _) = unsigned_distance(&[sites, gaps].concat(), &domain, halvings, options)?;
             phi.zip_mut_with(&distance, |phi, d| *phi = d.copysign(*phi));
         }
-        Ok((phi, StageFigures::Sign(report)))
+        Ok(((phi, off), StageFigures::Sign(report)))
     })?;
+    let fitted = kept(&heard, &off);
+    let fitted_spacing = if fitted.len() < heard.len() { Spacing::of(&fitted) } else { spacing.clone() };
 
     let knots = domain.knots(options.degree, halvings)?;
     let initial = road.stage("initial-shape", || {
@@ -127,8 +131,8 @@ pub fn reconstruct_watched<const D: usize>(
 
     let spline = if options.refine {
         let settings = Refinement {
-            points: &heard,
-            spacing: &spacing,
+            points: &fitted,
+            spacing: &fitted_spacing,
             f_hat: &f_hat,
             noise,
             ratio,
@@ -148,7 +152,7 @@ pub fn reconstruct_watched<const D: usize>(
         HierarchicalSpline::new(initial)?
     };
 
-    let trust = trust::judge(&spline, (&heard, &spacing), few, few_spacing, &domain.knots(options.degree, 0)?)?;
+    let trust = trust::judge(&spline, (&fitted, &fitted_spacing), few, few_spacing, &domain.knots(options.degree, 0)?)?;
     let (warning, doubt) = trust::verdict(&trust);
     let mut warnings = warnings(&road.stages);
     warnings.extend(warning);
@@ -160,8 +164,8 @@ pub fn reconstruct_watched<const D: usize>(
             spacing.typical / frame.scale
         ));
     }
-    if heard.len() < distinct.len() {
-        info!(isolated = distinct.len() - heard.len(), "points on no surface with others were left out");
+    if fitted.len() < distinct.len() {
+        info!(outliers = distinct.len() - fitted.len(), "points on no surface with others were left out");
     }
 
     let report = Report {
@@ -170,7 +174,7 @@ pub fn reconstruct_watched<const D: usize>(
             dimension: D,
             points: points.len(),
             repeated: points.len() - distinct.len(),
-            isolated: distinct.len() - heard.len(),
+            outliers: distinct.len() - fitted.len(),
             spacing: spacing.typical / frame.scale,
             noise: noise / frame.scale,
         },
@@ -266,6 +270,11 @@ pub fn coarse_cells<const D: usize>(spacing: &Spacing) -> usize {
         cells *= 2;
     }
     cells
+}
+
+/// Those of the points that are not `off`.
+fn kept<const D: usize>(points: &[[f64; D]], off: &[bool]) -> Vec<[f64; D]> {
+    points.iter().zip(off).filter(|(_, off)| !**off).map(|(point, _)| *point).collect()
 }
 
 /// The points that are fitted, with their spacing: all but those that lie on no surface with others, unless these are

@@ -58,6 +58,16 @@ pub struct Refinement<'a, const D: usize> {
     pub cancel: &'a CancelToken,
 }
 
+/// A level that fewer points than this share want is not made: all of the surface is extracted on the finest level's cells.
+const WORTHWHILE: f64 = 0.05;
+
+/// The finest level that enough points want.
+fn worthwhile(levels: &[u8]) -> u8 {
+    let mut sorted = levels.to_vec();
+    sorted.sort_unstable_by(|a, b| b.cmp(a));
+    sorted.get((WORTHWHILE * levels.len() as f64) as usize).copied().unwrap_or(0)
+}
+
 /// Where the gradient of f̂ is below this share of its mean, it does not tell the side.
 const TELLING: f64 = 0.3;
 
@@ -84,7 +94,9 @@ impl<const D: usize> Refinement<'_, D> {
             None => (MOST_LEVELS, FINEST_CELL),
         };
         let sides: Vec<f64> = self.spacing.local.iter().map(|s| share * s).collect();
-        let levels = levels_for_spacing(cell, &sides, finest);
+        let mut levels = levels_for_spacing(cell, &sides, finest);
+        let finest = worthwhile(&levels);
+        levels.iter_mut().for_each(|level| *level = (*level).min(finest));
         let near = ((NEAR * spacing / cell).ceil() as usize).clamp(BAND, WIDEST);
         let band = CellBand::new(initial.knots(), self.points, &levels, [near, BAND])?;
         let noise = (self.noise > NOISY * spacing).then_some(self.noise);

@@ -50,7 +50,7 @@ pub struct InputReport {
     /// Points that repeated an earlier one.
     pub repeated: usize,
     /// Points that lie on no surface with others; they were not fitted.
-    pub isolated: usize,
+    pub outliers: usize,
     /// Typical distance between neighbouring points, in the data's unit.
     pub spacing: f64,
     /// Estimated standard deviation of the points' distances from their surface, in the data's unit; detail that is finer
