@@ -116,6 +116,7 @@ fn options(arguments: &Reconstruct) -> zeroset::Options {
             Distance::Godunov => Method::Godunov,
             Distance::Exact => Method::Exact,
         },
+        open: arguments.open,
         refine: !arguments.no_refine,
     }
 }

@@ -7,6 +7,10 @@ use zeroset::isosurface::{CurveTopology, Curves, Topology, TriMesh};
 use crate::failure::Failure;
 
 pub fn describe_curve(topology: &CurveTopology) -> String {
+    if topology.paths > 0 {
+        let (loops, paths) = (count(topology.loops, "closed loop"), count(topology.paths, "open path"));
+        return format!("curve: {paths} and {loops}, length {:.6}", topology.length);
+    }
     format!(
         "curve: {} and {}, area {:.6}, length {:.6}",
         count(topology.parts, "part"),
@@ -17,6 +21,15 @@ pub fn describe_curve(topology: &CurveTopology) -> String {
 }
 
 pub fn describe_surface(mesh: &TriMesh, topology: &Topology) -> String {
+    if topology.boundary_loops > 0 && topology.non_manifold_edges == 0 {
+        let (components, loops) =
+            (count(topology.components, "component"), count(topology.boundary_loops, "boundary loop"));
+        return format!(
+            "surface: {components} of genus {}, open with {loops}, area {:.6}",
+            topology.genus,
+            mesh.area()
+        );
+    }
     format!(
         "surface: {} of genus {}, {}, volume {:.6}, area {:.6}",
         count(topology.components, "component"),

@@ -40,17 +40,23 @@ pub struct Reconstruction<const D: usize> {
     /// f̂, where the points are so noisy that their normals are better taken from it: f* follows detail that their noise
     /// hides, and many points do not lie beside the part of it that they were taken from.
     pub guide: Option<Spline<D>>,
+    /// Whether the zero set is to end where the points do: [`Options::open`].
+    pub open: bool,
     /// Everything worth knowing about how it came about.
     pub report: Report,
 }
 
 /// Noise above this share of the spacing leaves the topology of surfaces unsure. (Curves have fewer ways to go wrong.)
 const DEEP_NOISE: f64 = 0.75;
+/// Noise below this share of the spacing is none, if the surface is open,
+const CLEAN: f64 = 0.1;
+/// and the smoothing length from which refinement starts then is at most so many spacings.
+const CLEAN_RATIO: f64 = 0.4;
 /// Below this share of zero-set edges with data nearby, a warning is given.
 const SUPPORT_EXPECTED: f64 = 0.7;
 
 /// Reconstructs a closed curve (`D` = 2) or surface (`D` = 3) from points on it, `N × D` in any unit, as the zero set of
-/// a B-spline that is negative inside.
+/// a B-spline that is negative inside. With [`Options::open`] the zero set is cut where the points end when it is extracted.
 ///
 /// # Errors
 /// Points that have no shape, options out of range, or a stage that could not go on; the message names it.
@@ -71,7 +77,11 @@ pub fn reconstruct<const D: usize>(
     let noise = standard_deviation(&f_hat, &heard);
     let nodes = domain.nodes(halvings);
     let cell = domain.spacing(halvings);
-    let smooth = denoised(&f_hat, &heard, spacing.typical);
+    // The referee knows closed surfaces only and may take an open one for noisy: its choice of a long smoothing length is then
+    // heard only if neighbouring points differ as noisy ones do.
+    let misjudged = options.open && noise < CLEAN * spacing.typical;
+    let ratio = if misjudged { ratio.min(CLEAN_RATIO) } else { ratio };
+    let smooth = if misjudged { None } else { denoised(&f_hat, &heard, spacing.typical) };
     let sites = smooth.as_ref().unwrap_or(&heard);
     let noisy = smooth.is_some();
     let mut distance = road.stage(|| unsigned_distance(sites, &domain, halvings, options))?;
@@ -118,8 +128,8 @@ pub fn reconstruct<const D: usize>(
     };
 
     let trust = trust::judge(&spline, (&heard, &spacing), few, few_spacing, &domain.knots(options.degree, 0)?)?;
-    let (warning, doubt) = trust::verdict(&trust);
-    let mut warnings = warnings(&road.stages);
+    let (warning, doubt) = trust::verdict(&trust, options.open);
+    let mut warnings = warnings(&road.stages, options.open);
     warnings.extend(warning);
     if D == 3 && noise > DEEP_NOISE * spacing.typical {
         warnings.push(format!(
@@ -156,7 +166,7 @@ pub fn reconstruct<const D: usize>(
         doubt,
     };
     let guide = noisy.then_some(f_hat);
-    Ok(Reconstruction { spline, frame, points: distinct, domain, halvings, guide, report })
+    Ok(Reconstruction { spline, frame, points: distinct, domain, halvings, guide, open: options.open, report })
 }
 
 impl<const D: usize> Reconstruction<D> {
@@ -235,7 +245,7 @@ pub fn coarse_cells<const D: usize>(spacing: &Spacing) -> usize {
 
 /// The points that are fitted, with their spacing: all but those that lie on no surface with others, unless these are
 /// so many that they must be the shape.
-fn heard<const D: usize>(distinct: &[[f64; D]]) -> (Vec<[f64; D]>, Spacing) {
+pub(crate) fn heard<const D: usize>(distinct: &[[f64; D]]) -> (Vec<[f64; D]>, Spacing) {
     let spacing = Spacing::of(distinct);
     let isolated = spacing.isolated(distinct);
     let count = isolated.iter().filter(|isolated| **isolated).count();
@@ -325,7 +335,8 @@ fn unsigned_distance<const D: usize>(
     Ok((distance.values, StageFigures::Distance(report)))
 }
 
-fn warnings(stages: &[StageReport]) -> Vec<String> {
+/// That a surface is open is no news where an `open` one is wanted.
+fn warnings(stages: &[StageReport], open: bool) -> Vec<String> {
     let mut warnings = Vec::new();
     for stage in stages {
         match &stage.figures {
@@ -336,15 +347,16 @@ fn warnings(stages: &[StageReport]) -> Vec<String> {
                         .into(),
                 );
             }
-            StageFigures::Sign(report) if report.supported < SUPPORT_EXPECTED => {
+            StageFigures::Sign(report) if report.supported < SUPPORT_EXPECTED && !open => {
                 warnings.push(format!(
-                    "only {:.0} % of the surface runs where points are: the data have large holes, or the shape is open",
+                    "only {:.0} % of the surface runs where points are: the data have large holes, or the shape is open \
+                     (--open)",
                     100.0 * report.supported
                 ));
             }
-            StageFigures::Sign(report) if report.nodes_clipped > 0 => {
+            StageFigures::Sign(report) if report.nodes_clipped > 0 && !open => {
                 warnings.push(format!(
-                    "{} lattice nodes on the faces of the box were inside and were cut off: the shape may be open",
+                    "{} lattice nodes on the faces of the box were inside and were cut off: the shape may be open (--open)",
                     report.nodes_clipped
                 ));
             }
