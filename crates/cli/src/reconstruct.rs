@@ -8,6 +8,7 @@ use zeroset_io::{OutputKind, Points};
 
 use crate::Say;
 use crate::arguments::{Distance, Reconstruct, Topology};
+use crate::carried::Carried;
 use crate::failure::Failure;
 use crate::points;
 use crate::spline_file::to_file;
@@ -59,9 +60,10 @@ pub fn run(arguments: &Reconstruct, say: Say) -> Result<(), Failure> {
             let (mesh, topology) = extract_surface(&mut result).map_err(|e| refused(arguments, e))?;
             trusted(arguments, &result)?;
             say.line(describe_surface(&mesh, &topology));
+            let carried = Carried::new(&set, &mesh.vertices);
             for (path, kind) in &kinds {
                 if *kind == OutputKind::Mesh {
-                    write_mesh(path, &mesh)?;
+                    write_mesh(path, &mesh, &carried)?;
                 } else {
                     write_function(path, *kind, &result)?;
                 }

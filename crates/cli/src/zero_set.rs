@@ -4,6 +4,7 @@ use std::path::Path;
 
 use zeroset::isosurface::{CurveTopology, Curves, Topology, TriMesh};
 
+use crate::carried::Carried;
 use crate::failure::Failure;
 
 pub fn describe_curve(topology: &CurveTopology) -> String {
@@ -44,16 +45,19 @@ fn count(number: usize, thing: &str) -> String {
     format!("{number} {thing}{}", if number == 1 { "" } else { "s" })
 }
 
-pub fn write_mesh(path: &Path, mesh: &TriMesh) -> Result<(), Failure> {
+pub fn write_mesh(path: &Path, mesh: &TriMesh, carried: &Carried) -> Result<(), Failure> {
     let mesh = zeroset_io::TriMesh {
         vertices: &mesh.vertices,
         normals: &mesh.normals,
         triangles: &mesh.triangles,
-        ..Default::default()
+        colours: &carried.colours,
+        support: &carried.support,
+        attributes: &carried.attributes,
     };
     zeroset_io::write_mesh(path, &mesh).map_err(Failure::writing)
 }
 
 pub fn write_curves(path: &Path, curves: &Curves, points: &[[f64; 2]]) -> Result<(), Failure> {
-    zeroset_io::write_curves(path, &zeroset_io::Curves { curves: &curves.loops, points }).map_err(Failure::writing)
+    zeroset_io::write_curves(path, &zeroset_io::Curves { curves: &curves.loops, paths: &curves.paths, points })
+        .map_err(Failure::writing)
 }
