@@ -137,7 +137,7 @@ pub enum Figures {
         area: f64,
         /// Enclosed volume; of an open surface that of the cone over it, seen from its first vertex.
         volume: f64,
-        /// Area of the triangles that are farther from every point than two spacings of the points there: what closes holes.
+        /// Area of the triangles that are farther from every point than 1.5 spacings of the points there: what closes holes.
         unsupported_area: f64,
         /// The same as a share of the area.
         unsupported_share: f64,
@@ -148,7 +148,7 @@ pub enum Figures {
     Curve {
         /// Vertices of the polylines.
         vertices: usize,
-        /// Length of the chords that are farther from every point than two spacings of the points there: what closes gaps.
+        /// Length of the chords that are farther from every point than 1.5 spacings of the points there: what closes gaps.
         unsupported_length: f64,
         /// The same as a share of the length.
         unsupported_share: f64,

@@ -16,7 +16,7 @@ use crate::spacing::Spacing;
 const WIDTH: f64 = 1.5;
 /// No part farther from the nearest sample than so many of its spacings is supported, whatever lies around: the midst of a
 /// hole. Gaps in random samples of even density hardly reach so far; those that do are small, and closed.
-const FARTHEST: f64 = 1.7;
+const FARTHEST: f64 = 1.5;
 /// Samples that have a say: on a surface they reach to 2.1 σ in its midst, and to 3 σ at its boundary.
 const AROUND: usize = 32;
 /// Over so many neighbours a sample's spacing is averaged, for a boundary without steps.
