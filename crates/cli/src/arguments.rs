@@ -28,7 +28,7 @@ pub struct Arguments {
 
 #[derive(Subcommand)]
 pub enum Command {
-    /// Reconstruct a closed curve or surface from points
+    /// Reconstruct a curve or surface from points, closed or open
     #[command(after_help = "Examples:\n  zeroset reconstruct scan.ply -o surface.ply\n  \
                             zeroset reconstruct outline.xy -o outline.svg -o function.npz --report report.json")]
     Reconstruct(Reconstruct),
@@ -82,6 +82,10 @@ pub struct Reconstruct {
     /// Smooth away detail below this length, in the unit of the points [default: automatic]
     #[arg(long, value_name = "LENGTH", help_heading = "Fit")]
     pub smooth: Option<f64>,
+    /// Leave open what the points leave open: the result ends where they do, within about two of their spacings, and holes
+    /// larger than that stay [default: everything is closed]
+    #[arg(long, help_heading = "Fit")]
+    pub open: bool,
     /// Degree of the B-splines, 2 to 5
     #[arg(long, value_name = "DEGREE", default_value_t = 3, help_heading = "Fit")]
     pub degree: usize,
@@ -94,7 +98,7 @@ pub struct Reconstruct {
     /// Stop at the initial shape: no dynamic reconstruction
     #[arg(long, help_heading = "Fit")]
     pub no_refine: bool,
-    /// Write the outputs even where no trustworthy closed surface was found, and end with exit code 0
+    /// Write the outputs even where no trustworthy surface was found, and end with exit code 0
     #[arg(long, help_heading = "Fit")]
     pub accept_doubt: bool,
 }

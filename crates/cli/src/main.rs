@@ -1,6 +1,7 @@
 //! The `zeroset` command.
 
 mod arguments;
+mod carried;
 mod eval;
 mod failure;
 mod field;

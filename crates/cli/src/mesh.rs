@@ -7,6 +7,7 @@ use zeroset::isosurface::{self, Report};
 use zeroset_io::{CURVE_EXTENSIONS, MESH_EXTENSIONS, OutputKind, SplineFile};
 
 use crate::arguments::Mesh;
+use crate::carried::Carried;
 use crate::failure::Failure;
 use crate::lattice;
 use crate::progress::Say;
@@ -51,7 +52,7 @@ pub fn run(arguments: &Mesh, say: &Say) -> Result<(), Failure> {
         mesh.vertices.iter_mut().for_each(|vertex| shift(vertex, &origin));
         say.line(describe_surface(&mesh, &mesh.topology()));
         for path in &arguments.output {
-            write_mesh(path, &mesh)?;
+            write_mesh(path, &mesh, &Carried::default())?;
         }
         found
     };

@@ -7,6 +7,7 @@ use zeroset::{ReconstructError, Reconstruction, extract_curve, extract_surface};
 use zeroset_io::{OutputKind, Points};
 
 use crate::arguments::{Distance, Reconstruct, Topology};
+use crate::carried::Carried;
 use crate::failure::Failure;
 use crate::picture::{Levels, PREVIEW, three_views, write_surface};
 use crate::points;
@@ -65,8 +66,9 @@ pub fn run(arguments: &Reconstruct, say: &Say) -> Result<(), Failure> {
             let (mesh, topology) = say.stage("extraction", || extract_surface(&mut result).map_err(failed))?;
             trusted(arguments, &result)?;
             say.line(describe_surface(&mesh, &topology));
+            let carried = Carried::new(&set, &mesh.vertices);
             let write = |path: &Path, kind| match kind {
-                OutputKind::Mesh => write_mesh(path, &mesh),
+                OutputKind::Mesh => write_mesh(path, &mesh, &carried),
                 OutputKind::Picture => {
                     write_surface(path, &mesh, &set.points, &three_views(arguments.up.into()), PREVIEW)
                 }
@@ -131,6 +133,7 @@ fn options(arguments: &Reconstruct) -> zeroset::Options {
             Distance::Godunov => Method::Godunov,
             Distance::Exact => Method::Exact,
         },
+        open: arguments.open,
         refine: !arguments.no_refine,
     }
 }

@@ -342,3 +342,66 @@ fn functions_with_levels_are_described_and_evaluated() {
     assert!(text.contains("level 1: 36 active functions, cells of sides 0.5 × 0.5\n"), "{text}");
     assert!(text.contains("coefficients of all levels: 100\n") && text.contains("0 may contain"), "{text}");
 }
+
+#[test]
+fn colours_and_labels_of_the_points_reach_an_open_mesh() {
+    let folder = TempDir::new().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    // The lower half of a sphere, red on one side and labelled on the other.
+    let mut text = String::from("x,y,z,red,green,blue,label,heat\n");
+    for i in 0..600 {
+        let z = -(f64::from(i) + 0.5) / 600.0;
+        let (s, c) = (f64::from(i) * 2.399_963).sin_cos();
+        let (x, y) = ((1.0 - z * z).sqrt() * c, (1.0 - z * z).sqrt() * s);
+        let red = if x > 0.0 { 255 } else { 0 };
+        text += &format!("{x},{y},{z},{red},0,17,{},{}\n", i32::from(x > 0.0) * 40, 10.0 * x);
+    }
+    fs::write(path("bowl.csv"), text).unwrap();
+    let mut command = zeroset();
+    command.args(["reconstruct", "--open", "--resolution", "16"]).arg(path("bowl.csv"));
+    for name in ["mesh.ply", "mesh.obj", "mesh.glb"] {
+        command.arg("-o").arg(path(name));
+    }
+    let run = command.assert().success();
+    let said = String::from_utf8(run.get_output().stderr.clone()).unwrap();
+    assert!(said.contains("open with 1 boundary loop") && !said.contains("warning"), "{said}");
+
+    let Ok(zeroset_io::Points::Three(mesh)) = zeroset_io::read_points(path("mesh.ply")) else { panic!("a surface") };
+    let names: Vec<&str> = mesh.attributes.iter().map(|a| a.name.as_str()).collect();
+    assert_eq!(names, ["support", "red", "green", "blue", "label", "heat"]);
+    assert_eq!(mesh.normals.as_ref().map(Vec::len), Some(mesh.points.len()));
+    for (i, x) in mesh.points.iter().map(|p| p[0]).enumerate() {
+        let value = |column: usize| mesh.attributes[column].values[i];
+        // The points are 0.1 apart.
+        assert!((0.0..0.25).contains(&value(0)));
+        assert_eq!((value(2), value(3)), (0.0, 17.0));
+        assert!((value(5) - 10.0 * x).abs() < 1.5, "{} at {x}", value(5));
+        if x.abs() > 0.3 {
+            assert_eq!(value(1), if x > 0.0 { 255.0 } else { 0.0 });
+        }
+    }
+    let obj = fs::read_to_string(path("mesh.obj")).unwrap();
+    assert!(
+        obj.lines().filter(|l| l.starts_with("v ")).all(|l| l.split_whitespace().count() == 7 && l.ends_with("0.067"))
+    );
+    let glb = fs::read(path("mesh.glb")).unwrap();
+    assert!(glb.windows(7).any(|w| w == b"COLOR_0"));
+}
+
+#[test]
+fn an_open_outline_is_a_path() {
+    let folder = TempDir::new().unwrap();
+    let points = folder.path().join("arc.xy");
+    let line = |i: i32| {
+        let (s, c) = (f64::from(i) * 0.05).sin_cos();
+        format!("{c} {s}\n")
+    };
+    fs::write(&points, (0..60).map(line).collect::<String>()).unwrap();
+    let output = folder.path().join("arc.json");
+    let run = zeroset().args(["reconstruct", "--open"]).arg(&points).arg("-o").arg(&output).assert().success();
+    let said = String::from_utf8(run.get_output().stderr.clone()).unwrap();
+    assert!(said.contains("curve: 1 open path and 0 closed loops") && !said.contains("warning"), "{said}");
+    let curves: Value = serde_json::from_slice(&fs::read(output).unwrap()).unwrap();
+    let (loops, paths) = (curves["curves"].as_array().unwrap(), curves["paths"].as_array().unwrap());
+    assert_eq!((loops.len(), paths.len()), (0, 1));
+}

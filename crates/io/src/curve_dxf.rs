@@ -1,4 +1,4 @@
-//! Closed curves as DXF, in the ascii form of AutoCAD release 12, which every CAD program reads.
+//! Curves as DXF, in the ascii form of AutoCAD release 12, which every CAD program reads.
 
 use std::io::{self, Write};
 
@@ -6,10 +6,10 @@ use crate::curve::Curves;
 
 const LAYER: &str = "ZEROSET";
 
-/// Writes each curve as a closed POLYLINE on one layer.
+/// Writes each curve as a POLYLINE on one layer.
 pub(crate) fn write(out: &mut impl Write, curves: &Curves<'_>) -> io::Result<()> {
     let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-    for vertex in curves.curves.iter().flatten() {
+    for vertex in curves.vertices() {
         for axis in 0..2 {
             low[axis] = low[axis].min(vertex[axis]);
             high[axis] = high[axis].max(vertex[axis]);
@@ -26,14 +26,15 @@ pub(crate) fn write(out: &mut impl Write, curves: &Curves<'_>) -> io::Result<()>
     }
     group(out, 0, "ENDSEC")?;
     section(out, "ENTITIES")?;
-    for curve in curves.curves.iter().filter(|curve| !curve.is_empty()) {
+    let all = curves.curves.iter().map(|c| (c, "1")).chain(curves.paths.iter().map(|p| (p, "0")));
+    for (curve, closed) in all.filter(|(curve, _)| !curve.is_empty()) {
         group(out, 0, "POLYLINE")?;
         group(out, 8, LAYER)?;
         // Vertices follow.
         group(out, 66, "1")?;
         place(out, [0.0; 2])?;
-        // Closed.
-        group(out, 70, "1")?;
+        // Closed or not.
+        group(out, 70, closed)?;
         for vertex in curve {
             group(out, 0, "VERTEX")?;
             group(out, 8, LAYER)?;

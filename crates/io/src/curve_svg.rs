@@ -18,7 +18,7 @@ const STROKE: f64 = 0.003;
 /// the data lie far from the origin; `data-origin` on the root element holds that corner.
 pub(crate) fn write(out: &mut impl Write, curves: &Curves<'_>) -> io::Result<()> {
     let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-    for p in curves.curves.iter().flatten().chain(curves.points) {
+    for p in curves.vertices().chain(curves.points) {
         for a in 0..2 {
             low[a] = low[a].min(p[a]);
             high[a] = high[a].max(p[a]);
@@ -45,18 +45,21 @@ pub(crate) fn write(out: &mut impl Write, curves: &Curves<'_>) -> io::Result<()>
     )?;
     writeln!(out, r#"<rect width="{width}" height="{height}" fill="white"/>"#)?;
     writeln!(out, r#"<g transform="translate(0 {height}) scale(1 -1)">"#)?;
-    if !curves.curves.is_empty() {
-        let stroke = STROKE * longest;
+    let stroke = STROKE * longest;
+    for (lines, fill, end) in [(curves.curves, "#dce8f4", "Z"), (curves.paths, "none", "")] {
+        if lines.is_empty() {
+            continue;
+        }
         write!(
             out,
-            r##"<path fill="#dce8f4" fill-rule="evenodd" stroke="#1f5a96" stroke-width="{stroke:?}" stroke-linejoin="round" d=""##
+            r##"<path fill="{fill}" fill-rule="evenodd" stroke="#1f5a96" stroke-width="{stroke:?}" stroke-linejoin="round" d=""##
         )?;
-        for curve in curves.curves {
+        for curve in lines {
             for (i, [x, y]) in curve.iter().enumerate() {
                 write!(out, "{}{:?} {:?}", if i == 0 { "M" } else { "L" }, x - origin[0], y - origin[1])?;
             }
             if !curve.is_empty() {
-                out.write_all(b"Z")?;
+                out.write_all(end.as_bytes())?;
             }
         }
         writeln!(out, r#""/>"#)?;

@@ -23,9 +23,10 @@
 //! panic or allocate more than a small multiple of the file's size (for `.npz` of its unpacked size, which is bounded); NaN and
 //! infinity are refused at the door, with the place; a write that fails leaves the old file; the same data give the same bytes.
 //!
-//! Not guaranteed: colours and other properties of points are passed over; in an OBJ file only `v` lines are read; EXR images,
+//! Not guaranteed: colours and other properties of points are read from `.ply` and from text with a header line only; in an OBJ file only `v` lines are read; EXR images,
 //! `.glb` and binary `.stl` files and the normals of meshes hold 32-bit floats.
 
+mod attributes;
 mod columns;
 mod curve;
 mod curve_csv;
@@ -73,6 +74,7 @@ mod text_preamble;
 mod text_row;
 mod write_error;
 
+pub use attributes::{Attribute, NumberKind, colour_columns, colour_range};
 pub use curve::{Curves, write_curves};
 pub use extension::{
     CURVE_EXTENSIONS, FIELD_EXTENSIONS, MESH_EXTENSIONS, ORIENTED_EXTENSIONS, OutputKind, PICTURE_EXTENSIONS,

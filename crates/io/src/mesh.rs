@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use crate::attributes::{Attribute, colour_columns};
 use crate::extension::{MESH_EXTENSIONS, extension_among};
 use crate::ply_writer::{self, Vertex};
 use crate::replace_file::replace_file;
@@ -19,6 +20,11 @@ pub struct TriMesh<'a> {
     pub triangles: &'a [[u32; 3]],
     /// Colours of the vertices: red, green, blue as sRGB bytes, `N × 3`; empty where there are none.
     pub colours: &'a [[u8; 3]],
+    /// Distance of each vertex from the nearest sample, in data units; empty where it is not known.
+    pub support: &'a [f64],
+    /// What else is known of the vertices. Where colours are among it, they are written in place of those above; otherwise one that
+    /// has the name of something above, such as `support`, gives way to it.
+    pub attributes: &'a [Attribute],
 }
 
 impl TriMesh<'_> {
@@ -33,6 +39,12 @@ impl TriMesh<'_> {
         if !self.colours.is_empty() && self.colours.len() != n {
             return Some(format!("{n} vertices but {} colours", self.colours.len()));
         }
+        if !self.support.is_empty() && self.support.len() != n {
+            return Some(format!("{n} vertices but {} distances from the samples", self.support.len()));
+        }
+        if let Some(other) = self.attributes.iter().find(|a| a.values.len() != n) {
+            return Some(format!("{n} vertices but {} values of {:?}", other.values.len(), other.name));
+        }
         if let Some(bad) = self.vertices.iter().position(|v| v.iter().any(|c| !c.is_finite())) {
             return Some(format!("vertex {bad} is at {:?}", self.vertices[bad]));
         }
@@ -41,7 +53,8 @@ impl TriMesh<'_> {
     }
 }
 
-/// Writes a mesh as `.ply` (binary little endian; coordinates double, normals float), `.obj` (shortest decimals that read back to
+/// Writes a mesh as `.ply` (binary little endian; coordinates double, normals and support float,
+/// attributes as their kind says; the only format that holds these two), `.obj` (shortest decimals that read back to
 /// the same f64), `.stl` (binary; ascii where 32-bit floats would move a corner by more than 1e-5 of the longest side) or `.glb`
 /// (binary glTF; 32-bit floats relative to the centre of the bounding box).
 ///
@@ -59,11 +72,16 @@ pub fn write_mesh(path: impl AsRef<Path>, mesh: &TriMesh<'_>) -> Result<(), Writ
         "stl" => mesh_stl::write(out, mesh),
         "glb" => mesh_glb::write(out, mesh),
         _ => {
+            // The colours' own columns say more than bytes.
+            let colours = if colour_columns(mesh.attributes).is_some() { &[] } else { mesh.colours };
             let vertices = mesh.vertices.iter().enumerate().map(|(i, &position)| Vertex {
                 position,
                 normal: mesh.normals.get(i).copied(),
-                colour: mesh.colours.get(i).copied(),
-                confidence: None,
+                colour: colours.get(i).copied(),
+                support: mesh.support.get(i).copied(),
+                attributes: mesh.attributes,
+                index: i,
+                ..Vertex::default()
             });
             ply_writer::write(out, vertices, Some(mesh.triangles))
         }

@@ -29,8 +29,8 @@ pub fn write_oriented<const D: usize>(
     let vertices = (0..n).map(|i| Vertex {
         position: in_space(&points[i]),
         normal: Some(in_space(&normals[i])),
-        colour: None,
         confidence: Some(confidence[i]),
+        ..Vertex::default()
     });
     replace_file(path, |out| ply_writer::write(out, vertices, None))
 }

@@ -14,6 +14,6 @@ use crate::write_error::WriteError;
 pub fn write_points(path: impl AsRef<Path>, points: &[[f64; 3]]) -> Result<(), WriteError> {
     let path = path.as_ref();
     extension_among(path, ORIENTED_EXTENSIONS)?;
-    let bare = |position: &[f64; 3]| Vertex { position: *position, normal: None, colour: None, confidence: None };
+    let bare = |position: &[f64; 3]| Vertex { position: *position, ..Vertex::default() };
     replace_file(path, |out| ply_writer::write(out, points.iter().map(bare), None))
 }

@@ -3,20 +3,25 @@
 use ply_rs::parser::Parser;
 use ply_rs::ply::{
     Addable, ElementDef, Encoding, Property, PropertyAccess, PropertyAccessResult, PropertyDef, PropertyType,
+    ScalarType,
 };
 
+use crate::attributes::NumberKind;
 use crate::columns::Columns;
 use crate::lines::lines;
 use crate::ply_header::{PlyElement, PlyHeader};
-use crate::points::{Points, Rows};
+use crate::points::{Points, Rows, attribute_columns};
 use crate::read_error::{Malformed, quoted};
 
-/// Reads x, y\[, z\] and, where all are there, nx, ny\[, nz\] of the element `vertex`. What follows the vertices is not read.
+/// Reads x, y\[, z\], where all are there nx, ny\[, nz\], and all other numbers of the element `vertex`. What follows the vertices is not read.
 pub(crate) fn parse(bytes: &[u8]) -> Result<Points, Malformed> {
     let header = PlyHeader::parse(bytes)?;
-    let columns = columns(&header.vertex)?;
+    let mut columns = columns(&header.vertex)?;
+    let attributes = attributes(&header.vertex);
+    columns.slots.extend(attributes.iter().map(|(position, ..)| *position));
+    let attributes = attributes.into_iter().map(|(_, name, kind)| (name, kind)).collect();
     let body = bytes.get(header.body..).unwrap_or_default();
-    let mut rows = Rows::new(columns.dimension, columns.with_normals);
+    let mut rows = Rows::with_attributes(columns.dimension, columns.with_normals, attributes);
     rows.reserve(header.vertex.count);
     match header.encoding {
         Encoding::Ascii => parse_ascii(body, &header, &columns, rows),
@@ -44,10 +49,37 @@ fn columns(vertex: &PlyElement) -> Result<Columns, Malformed> {
     .ok_or_else(|| Malformed::file("the vertices need the properties \"x\" and \"y\""))
 }
 
-/// The numbers of one binary row that are wanted, by slot; everything else is passed over.
-struct Row([f64; 6]);
+/// The properties that are numbers, and neither coordinates nor normals: position, name, type. At most [`MOST_ATTRIBUTES`].
+fn attributes(vertex: &PlyElement) -> Vec<(usize, String, NumberKind)> {
+    let names = vertex.properties.iter().map(|(name, _)| name.as_str()).enumerate();
+    let numbers =
+        attribute_columns(names).into_iter().filter_map(|(position, name)| match &vertex.properties[position].1 {
+            PropertyType::Scalar(scalar) => Some((position, name.to_owned(), kind(scalar))),
+            PropertyType::List(..) => None,
+        });
+    numbers.take(MOST_ATTRIBUTES).collect()
+}
 
-/// The definition handed to ply-rs: a property's key is its slot as a digit, or its position behind a `-` if it is not wanted.
+/// More attributes than this are passed over, so that a header of nothing but names takes no more memory than others.
+const MOST_ATTRIBUTES: usize = 256;
+
+fn kind(scalar: &ScalarType) -> NumberKind {
+    match scalar {
+        ScalarType::Char => NumberKind::I8,
+        ScalarType::UChar => NumberKind::U8,
+        ScalarType::Short => NumberKind::I16,
+        ScalarType::UShort => NumberKind::U16,
+        ScalarType::Int => NumberKind::I32,
+        ScalarType::UInt => NumberKind::U32,
+        ScalarType::Float => NumberKind::F32,
+        ScalarType::Double => NumberKind::F64,
+    }
+}
+
+/// The numbers of one binary row that are wanted, by slot; everything else is passed over.
+struct Row(Vec<f64>);
+
+/// The definition handed to ply-rs: a property's key is its slot, or its position behind a `-` if it is not wanted.
 fn definition(element: &PlyElement, slots: &[usize]) -> ElementDef {
     let mut definition = ElementDef::new(element.name.clone());
     definition.count = element.count;
@@ -63,7 +95,7 @@ fn definition(element: &PlyElement, slots: &[usize]) -> ElementDef {
 
 impl PropertyAccess for Row {
     fn new() -> Self {
-        Self([0.0; 6])
+        Self(Vec::new())
     }
 
     fn set_property(&mut self, key: &str, property: Property) -> PropertyAccessResult {
@@ -78,14 +110,12 @@ impl PropertyAccess for Row {
             Property::Double(v) => v,
             _ => return PropertyAccessResult::Ignored,
         };
-        let slot = key.bytes().next().and_then(|digit| self.0.get_mut(usize::from(digit.wrapping_sub(b'0'))));
-        match slot {
-            Some(slot) => {
-                *slot = value;
-                PropertyAccessResult::Set
-            }
-            None => PropertyAccessResult::Ignored,
+        let Ok(slot) = key.parse::<usize>() else { return PropertyAccessResult::Ignored };
+        if self.0.len() <= slot {
+            self.0.resize(slot + 1, 0.0);
         }
+        self.0[slot] = value;
+        PropertyAccessResult::Set
     }
 }
 
@@ -113,7 +143,7 @@ fn parse_binary(
     let definition = definition(&header.vertex, &columns.slots);
     for index in 0..header.vertex.count {
         let Row(values) = row(&header.vertex, &definition, index)?;
-        rows.push(&values[..columns.slots.len()]).map_err(|problem| Malformed::point(index, problem))?;
+        rows.push(&values).map_err(|problem| Malformed::point(index, problem))?;
     }
     rows.finish()
 }

@@ -1,5 +1,7 @@
-//! Binary little-endian PLY with double coordinates, float normals, byte colours and float confidence.
+//! Binary little-endian PLY with double coordinates, float normals, byte colours, float confidence and support, and whatever else
+//! is said of the vertices in numbers.
 
+use std::collections::HashSet;
 use std::io::{self, Write};
 
 use ply_rs::ply::{
@@ -7,18 +9,35 @@ use ply_rs::ply::{
 };
 use ply_rs::writer::Writer;
 
+use crate::attributes::{Attribute, NumberKind};
+
 /// A vertex row. Which of the optional columns the file has is decided by the first vertex.
-#[derive(Clone, Copy)]
-pub(crate) struct Vertex {
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Vertex<'a> {
     pub(crate) position: [f64; 3],
     pub(crate) normal: Option<[f64; 3]>,
     pub(crate) colour: Option<[u8; 3]>,
     pub(crate) confidence: Option<f64>,
+    pub(crate) support: Option<f64>,
+    /// Of all vertices, with the place of this one among them.
+    pub(crate) attributes: &'a [Attribute],
+    pub(crate) index: usize,
 }
 
-impl PropertyAccess for Vertex {
+impl Vertex<'_> {
+    fn attribute(&self, name: &str) -> Option<f64> {
+        self.attributes.iter().find(|a| a.name == name)?.values.get(self.index).copied()
+    }
+
+    /// For writing as an integer: the nearest one; what is out of range is written as the end of it.
+    fn rounded(&self, name: &str) -> Option<f64> {
+        self.attribute(name).map(f64::round)
+    }
+}
+
+impl PropertyAccess for Vertex<'_> {
     fn new() -> Self {
-        Self { position: [0.0; 3], normal: None, colour: None, confidence: None }
+        Self::default()
     }
 
     fn get_double(&self, name: &str) -> Option<f64> {
@@ -27,18 +46,37 @@ impl PropertyAccess for Vertex {
             "x" => Some(x),
             "y" => Some(y),
             "z" => Some(z),
-            _ => None,
+            _ => self.attribute(name),
         }
     }
 
     fn get_uchar(&self, name: &str) -> Option<u8> {
-        let [red, green, blue] = self.colour?;
-        match name {
-            "red" => Some(red),
-            "green" => Some(green),
-            "blue" => Some(blue),
-            _ => None,
+        match (name, self.colour) {
+            ("red", Some([red, _, _])) => Some(red),
+            ("green", Some([_, green, _])) => Some(green),
+            ("blue", Some([_, _, blue])) => Some(blue),
+            _ => self.rounded(name).map(|v| v as u8),
         }
+    }
+
+    fn get_char(&self, name: &str) -> Option<i8> {
+        self.rounded(name).map(|v| v as i8)
+    }
+
+    fn get_short(&self, name: &str) -> Option<i16> {
+        self.rounded(name).map(|v| v as i16)
+    }
+
+    fn get_ushort(&self, name: &str) -> Option<u16> {
+        self.rounded(name).map(|v| v as u16)
+    }
+
+    fn get_int(&self, name: &str) -> Option<i32> {
+        self.rounded(name).map(|v| v as i32)
+    }
+
+    fn get_uint(&self, name: &str) -> Option<u32> {
+        self.rounded(name).map(|v| v as u32)
     }
 
     fn get_float(&self, name: &str) -> Option<f32> {
@@ -47,8 +85,9 @@ impl PropertyAccess for Vertex {
             "nx" => nx,
             "ny" => ny,
             "nz" => nz,
-            "confidence" => self.confidence?,
-            _ => return None,
+            "confidence" if self.confidence.is_some() => self.confidence?,
+            "support" if self.support.is_some() => self.support?,
+            _ => self.attribute(name)?,
         };
         Some(value as f32)
     }
@@ -67,9 +106,9 @@ impl PropertyAccess for Face {
 }
 
 /// Writes the vertices and, where there are any, the triangles (corner indices below 2³¹).
-pub(crate) fn write(
+pub(crate) fn write<'a>(
     out: &mut impl Write,
-    vertices: impl ExactSizeIterator<Item = Vertex>,
+    vertices: impl ExactSizeIterator<Item = Vertex<'a>>,
     triangles: Option<&[[u32; 3]]>,
 ) -> io::Result<()> {
     let mut vertices = vertices.peekable();
@@ -83,6 +122,16 @@ pub(crate) fn write(
     }
     if first.confidence.is_some() {
         add(&mut vertex, &["confidence"], ScalarType::Float);
+    }
+    if first.support.is_some() {
+        add(&mut vertex, &["support"], ScalarType::Float);
+    }
+    // What has the name of a column that is there already gives way to it.
+    let mut names: HashSet<String> = vertex.properties.iter().map(|(name, _)| name.clone()).collect();
+    for attribute in first.attributes {
+        if names.insert(attribute.name.to_ascii_lowercase()) {
+            add(&mut vertex, &[&attribute.name], scalar(attribute.kind));
+        }
     }
 
     let mut header = Header::new();
@@ -107,6 +156,19 @@ pub(crate) fn write(
         writer.write_little_endian_element(out, &Face(corners.map(|corner| corner as i32)), &face)?;
     }
     Ok(())
+}
+
+fn scalar(kind: NumberKind) -> ScalarType {
+    match kind {
+        NumberKind::I8 => ScalarType::Char,
+        NumberKind::U8 => ScalarType::UChar,
+        NumberKind::I16 => ScalarType::Short,
+        NumberKind::U16 => ScalarType::UShort,
+        NumberKind::I32 => ScalarType::Int,
+        NumberKind::U32 => ScalarType::UInt,
+        NumberKind::F32 => ScalarType::Float,
+        NumberKind::F64 => ScalarType::Double,
+    }
 }
 
 fn element(name: &str, count: usize, properties: &[&str], scalar: ScalarType) -> ElementDef {

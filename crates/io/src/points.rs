@@ -1,7 +1,9 @@
 //! Point sets, and reading them from any of the formats.
 
+use std::collections::HashSet;
 use std::path::Path;
 
+use crate::attributes::{Attribute, NumberKind, is_geometry};
 use crate::point_format::{PointFormat, parse_points};
 use crate::read_error::{Malformed, ReadError};
 
@@ -21,6 +23,8 @@ pub struct PointSet<const D: usize> {
     pub points: Vec<[f64; D]>,
     /// The normals nx, ny\[, nz\] as the file has them (of any length and orientation), `N × D`; `None` where it has none.
     pub normals: Option<Vec<[f64; D]>>,
+    /// What else the file says of each point in numbers; one with a value that is not finite is left out.
+    pub attributes: Vec<Attribute>,
 }
 
 /// The dimension of the space that points lie in.
@@ -52,6 +56,21 @@ impl Points {
     /// Whether there are no points; never so when they were read from a file.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
+    }
+
+    /// What else the file says of each point.
+    pub fn attributes(&self) -> &[Attribute] {
+        match self {
+            Self::Two(set) => &set.attributes,
+            Self::Three(set) => &set.attributes,
+        }
+    }
+
+    pub(crate) fn attributes_mut(&mut self) -> &mut [Attribute] {
+        match self {
+            Self::Two(set) => &mut set.attributes,
+            Self::Three(set) => &mut set.attributes,
+        }
     }
 
     /// Whether the file had a normal for each point.
@@ -102,9 +121,18 @@ pub(crate) enum Rows {
 
 impl Rows {
     pub(crate) fn new(dimension: Dimension, with_normals: bool) -> Self {
+        Self::with_attributes(dimension, with_normals, Vec::new())
+    }
+
+    /// Rows with so many more numbers, which have these names and types.
+    pub(crate) fn with_attributes(
+        dimension: Dimension,
+        with_normals: bool,
+        attributes: Vec<(String, NumberKind)>,
+    ) -> Self {
         match dimension {
-            Dimension::Two => Self::Two(PointSet { points: Vec::new(), normals: with_normals.then(Vec::new) }),
-            Dimension::Three => Self::Three(PointSet { points: Vec::new(), normals: with_normals.then(Vec::new) }),
+            Dimension::Two => Self::Two(PointSet::empty(with_normals, attributes)),
+            Dimension::Three => Self::Three(PointSet::empty(with_normals, attributes)),
         }
     }
 
@@ -116,7 +144,8 @@ impl Rows {
         }
     }
 
-    /// Appends `x y [z]` and, when there are normals, `nx ny [nz]` from the front of `row`; the error says which is not finite.
+    /// Appends `x y [z]`, when there are normals `nx ny [nz]`, and the attributes from the front of `row`; the error says which
+    /// coordinate is not finite.
     pub(crate) fn push(&mut self, row: &[f64]) -> Result<(), String> {
         match self {
             Self::Two(set) => set.push(row),
@@ -136,17 +165,39 @@ impl Rows {
             return Err(Malformed::file("the file has no points"));
         }
         Ok(match self {
-            Self::Two(set) => Points::Two(set),
-            Self::Three(set) => Points::Three(set),
+            Self::Two(set) => Points::Two(set.finished()),
+            Self::Three(set) => Points::Three(set.finished()),
         })
     }
 }
 
+/// Which names, with their positions, are attributes: no coordinates or normals, and of those that are alike the first.
+pub(crate) fn attribute_columns<'a>(names: impl Iterator<Item = (usize, &'a str)>) -> Vec<(usize, &'a str)> {
+    let mut seen = HashSet::new();
+    names.filter(|(_, name)| !is_geometry(name) && seen.insert(name.to_ascii_lowercase())).collect()
+}
+
 impl<const D: usize> PointSet<D> {
+    fn empty(with_normals: bool, attributes: Vec<(String, NumberKind)>) -> Self {
+        let attributes =
+            attributes.into_iter().map(|(name, kind)| Attribute { name, kind, values: Vec::new() }).collect();
+        Self { points: Vec::new(), normals: with_normals.then(Vec::new), attributes }
+    }
+
+    /// Without attributes that miss a value.
+    fn finished(mut self) -> Self {
+        let count = self.points.len();
+        self.attributes.retain(|a| a.values.len() == count && a.values.iter().all(|v| v.is_finite()));
+        self
+    }
+
     fn reserve(&mut self, rows: usize) {
         self.points.reserve_exact(rows);
         if let Some(normals) = &mut self.normals {
             normals.reserve_exact(rows);
+        }
+        for attribute in &mut self.attributes {
+            attribute.values.reserve_exact(rows);
         }
     }
 
@@ -162,14 +213,19 @@ impl<const D: usize> PointSet<D> {
                 point[axis].to_string().to_lowercase()
             ));
         }
+        let mut rest = rest;
         if let Some(normals) = &mut self.normals {
-            let Some((normal, _)) = rest.split_first_chunk::<D>() else {
+            let Some((normal, behind)) = rest.split_first_chunk::<D>() else {
                 return Err(format!("a normal of {D} components is needed, {} found", rest.len()));
             };
             if let Some(axis) = normal.iter().position(|c| !c.is_finite()) {
                 return Err(format!("n{} is {}", NAMES[axis], normal[axis].to_string().to_lowercase()));
             }
             normals.push(*normal);
+            rest = behind;
+        }
+        for (attribute, value) in self.attributes.iter_mut().zip(rest) {
+            attribute.values.push(*value);
         }
         self.points.push(*point);
         Ok(())

@@ -1,10 +1,11 @@
 //! Points as columns of text: `.xyz .xy .txt .csv .asc .pts`.
 
+use crate::attributes::{Attribute, NumberKind, colour_columns};
 use crate::columns::Columns;
 use crate::lines::lines;
 use crate::points::{Dimension, Points, Rows};
 use crate::read_error::{Malformed, quoted};
-use crate::text_preamble::{Preamble, drop_last_empty};
+use crate::text_preamble::{Names, Preamble, drop_last_empty};
 use crate::text_row::{number, split, unquoted};
 
 /// From so many rows on, a first column that counts them is taken for what it is.
@@ -30,8 +31,8 @@ pub(crate) fn parse(bytes: &[u8], asked: Option<Dimension>) -> Result<Points, Ma
         let table = match &mut table {
             Some(table) => table,
             None => {
-                let (columns, unnamed) = preamble.columns(&mut fields, asked).map_err(at)?;
-                table.insert(Table::new(columns, fields.len(), unnamed))
+                let (columns, names, unnamed) = preamble.columns(&mut fields, asked).map_err(at)?;
+                table.insert(Table::new(columns, names, fields.len(), unnamed))
             }
         };
         table.push(&mut fields, line).map_err(at)?;
@@ -80,6 +81,8 @@ fn without_comment(line: &str) -> (&str, Option<&str>) {
 /// The rows read so far.
 struct Table {
     columns: Columns,
+    /// Where the attributes are.
+    others: Vec<usize>,
     /// The number of fields of each row.
     width: usize,
     /// Whether nothing but their number says what the columns are.
@@ -92,9 +95,20 @@ struct Table {
 }
 
 impl Table {
-    fn new(columns: Columns, width: usize, unnamed: bool) -> Self {
-        let rows = Rows::new(columns.dimension, columns.with_normals);
-        Self { columns, width, unnamed, counts_rows: unnamed && width > 3, first: 0.0, rows, values: Vec::new() }
+    fn new(columns: Columns, names: Names, width: usize, unnamed: bool) -> Self {
+        let others = names.iter().map(|(position, _)| *position).collect();
+        let attributes = names.into_iter().map(|(_, name)| (name, NumberKind::F64)).collect();
+        let rows = Rows::with_attributes(columns.dimension, columns.with_normals, attributes);
+        Self {
+            columns,
+            others,
+            width,
+            unnamed,
+            counts_rows: unnamed && width > 3,
+            first: 0.0,
+            rows,
+            values: Vec::new(),
+        }
     }
 
     fn push(&mut self, fields: &mut Vec<&str>, line: &str) -> Result<(), String> {
@@ -118,6 +132,9 @@ impl Table {
             }
             self.counts_rows &= x.fract() == 0.0 && x == self.first + self.rows.len() as f64;
         }
+        // A column that holds anything but numbers is left out in the end.
+        let others = self.others.iter().filter_map(|slot| fields.get(*slot));
+        self.values.extend(others.map(|field| number(field).unwrap_or(f64::NAN)));
         self.rows.push(&self.values)
     }
 
@@ -130,11 +147,31 @@ impl Table {
         }
         let mut points = self.rows.finish()?;
         if let (true, Points::Three(set)) = (self.unnamed, &mut points)
-            && set.normals.as_ref().is_some_and(|normals| are_colours(normals))
+            && let Some(colours) = set.normals.take_if(|normals| are_colours(normals))
         {
-            set.normals = None;
+            set.attributes = ["red", "green", "blue"]
+                .into_iter()
+                .enumerate()
+                .map(|(channel, name)| Attribute {
+                    name: name.to_owned(),
+                    kind: NumberKind::U8,
+                    values: colours.iter().map(|c| c[channel]).collect(),
+                })
+                .collect();
         }
+        bytes_as_colours(points.attributes_mut());
         Ok(points)
+    }
+}
+
+/// Text does not say what type its numbers have; colours in whole numbers up to 255 are bytes.
+fn bytes_as_colours(attributes: &mut [Attribute]) {
+    let Some(columns) = colour_columns(attributes) else { return };
+    let is_byte = |v: &f64| v.fract() == 0.0 && (0.0..=255.0).contains(v);
+    let values = || columns.iter().flat_map(|c| &attributes[*c].values);
+    // Zeros and ones alone may be shares of full light.
+    if values().all(is_byte) && values().any(|v| *v > 1.0) {
+        columns.iter().for_each(|c| attributes[*c].kind = NumberKind::U8);
     }
 }
 
@@ -230,16 +267,32 @@ mod tests {
 
     #[test]
     fn colours_are_no_normals() {
-        assert_eq!(space("1 2 3 255 128 0\n4 5 6 0 0 0\n").normals, None);
+        let set = space("1 2 3 255 128 0\n4 5 6 0 0 0\n");
+        assert_eq!(set.normals, None);
+        let green = Attribute { name: "green".into(), kind: NumberKind::U8, values: vec![128.0, 0.0] };
+        assert_eq!((set.attributes.len(), &set.attributes[1]), (3, &green));
         assert!(space("1 2 3 1 0 0\n4 5 6 0 1 0\n").normals.is_some());
         assert!(space("x y z nx ny nz\n1 2 3 255 128 0\n").normals.is_some(), "the header line is believed");
     }
 
     #[test]
+    fn named_columns_of_numbers_are_kept() {
+        let set = space("x,y,z,R,G,B,label,Intensity,hit\n1,2,3,255,0,7,tree,0.5,1\n4,5,6,0,0,7,car,1.5,\n");
+        let names: Vec<(&str, NumberKind)> = set.attributes.iter().map(|a| (a.name.as_str(), a.kind)).collect();
+        let (byte, real) = (NumberKind::U8, NumberKind::F64);
+        assert_eq!(
+            names,
+            [("R", byte), ("G", byte), ("B", byte), ("Intensity", real)],
+            "words and gaps are no numbers"
+        );
+        assert_eq!(set.attributes[3].values, [0.5, 1.5]);
+    }
+
+    #[test]
     fn where_the_plane_is_asked_for_x_and_y_are_read() {
         for text in ["1 2 9\n", "1 2 0 1\n", "z,y,x\n9,2,1\n", "1,2\n"] {
-            let points = parse(text.as_bytes(), Some(Dimension::Two)).unwrap();
-            assert_eq!(points, Points::Two(PointSet { points: vec![[1.0, 2.0]], normals: None }), "{text:?}");
+            let Points::Two(set) = parse(text.as_bytes(), Some(Dimension::Two)).unwrap() else { panic!("{text:?}") };
+            assert_eq!((set.points, set.normals), (vec![[1.0, 2.0]], None), "{text:?}");
         }
     }
 

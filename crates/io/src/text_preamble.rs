@@ -1,7 +1,7 @@
 //! What stands above the rows of a text table, and which columns it makes coordinates.
 
 use crate::columns::Columns;
-use crate::points::Dimension;
+use crate::points::{Dimension, attribute_columns};
 use crate::text_row::{is_word, split, unquoted};
 
 /// So many lines of words may stand before the first row.
@@ -66,23 +66,32 @@ impl Preamble {
     }
 
     /// What the columns of the first row hold, by the last line that names as many of them, or else by their number alone;
-    /// and whether they are unnamed. An empty field that a last separator leaves is taken off the row.
-    pub(crate) fn columns(&self, row: &mut Vec<&str>, asked: Option<Dimension>) -> Result<(Columns, bool), String> {
+    /// which other columns have names, and whether they are all unnamed. An empty field that a last separator leaves is taken off the row.
+    pub(crate) fn columns(
+        &self,
+        row: &mut Vec<&str>,
+        asked: Option<Dimension>,
+    ) -> Result<(Columns, Names, bool), String> {
         let least = row.len() - usize::from(row.last() == Some(&""));
         let fits = |words: &&Vec<String>| names_columns(words) && (words.len() == row.len() || words.len() == least);
         if let Some(words) = self.words.iter().rev().find(fits)
             && let Some(columns) = named(words, asked)?
         {
             row.truncate(words.len());
-            return Ok((columns, false));
+            let names = attribute_columns(words.iter().map(|w| unquoted(w)).enumerate());
+            let names = names.into_iter().map(|(position, name)| (position, name.to_owned())).collect();
+            return Ok((columns, names, false));
         }
         if let (true, Some(words)) = (self.named, self.words.last()) {
             return Err(format!("{} columns under a header line of {}", row.len(), words.len()));
         }
         drop_last_empty(row);
-        Ok((positional(row.len(), asked)?, true))
+        Ok((positional(row.len(), asked)?, Vec::new(), true))
     }
 }
+
+/// Positions and names of columns.
+pub(crate) type Names = Vec<(usize, String)>;
 
 /// One separator may end a row.
 pub(crate) fn drop_last_empty(fields: &mut Vec<&str>) {

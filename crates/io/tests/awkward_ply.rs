@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use zeroset_io::{PointSet, Points, ReadError, read_points};
+use zeroset_io::{Attribute, NumberKind, PointSet, Points, ReadError, read_points};
 
 fn read(bytes: impl AsRef<[u8]>) -> Result<Points, ReadError> {
     let folder = tempfile::tempdir().unwrap();
@@ -148,6 +148,30 @@ fn counts_that_the_file_cannot_hold_are_refused_at_once() {
 }
 
 #[test]
+fn what_else_is_said_of_the_points_comes_along() {
+    let properties = "property uchar red\nproperty float scalar Intensity\nproperty list uchar int where\nproperty float nx\n\
+                      property short depth\nproperty float broken\nproperty double RED\n";
+    let set = space(ascii(2, &format!("{XYZ}{properties}"), "0 1 2 255 0.25 1 7 0 -3 1 9\n3 4 5 0 1e3 0 0 12 nan 9\n"));
+    let attribute = |name: &str, kind, values: [f64; 2]| Attribute { name: name.into(), kind, values: values.to_vec() };
+    let expected = [
+        attribute("red", NumberKind::U8, [255.0, 0.0]),
+        attribute("scalar Intensity", NumberKind::F32, [0.25, 1e3]),
+        attribute("depth", NumberKind::I16, [-3.0, 12.0]),
+    ];
+    // Lists, lone components of normals, what is not finite and what has a name again are left out.
+    assert_eq!(set.attributes, expected);
+    assert_eq!((set.points.len(), set.normals), (2, None));
+    let mut bytes = format!(
+        "ply\nformat binary_big_endian 1.0\nelement vertex 1\n{XYZ}property uint n\nproperty char s\nproperty double t\nend_header\n"
+    )
+    .into_bytes();
+    bytes.extend([0.0f32; 3].iter().flat_map(|v| v.to_be_bytes()));
+    bytes.extend([4_000_000_000u32.to_be_bytes().as_slice(), &[0xff], &0.1f64.to_be_bytes()].concat());
+    let values: Vec<f64> = space(bytes).attributes.iter().map(|a| a.values[0]).collect();
+    assert_eq!(values, [4e9, -1.0, 0.1]);
+}
+
+#[test]
 fn headers_without_end_are_refused() {
     let mut endless = b"ply\nformat ascii 1.0\n".to_vec();
     endless.extend(b"comment and so on\n".repeat(100_000));
@@ -166,7 +190,7 @@ fn headers_without_end_are_refused() {
 fn without_z_the_points_are_plane_and_with_equal_z_they_are_not() {
     let plane =
         read(ascii(1, "property float x\nproperty float y\nproperty float nx\nproperty float ny\n", "1 2 0 1\n"));
-    let expected = PointSet { points: vec![[1.0, 2.0]], normals: Some(vec![[0.0, 1.0]]) };
+    let expected = PointSet { points: vec![[1.0, 2.0]], normals: Some(vec![[0.0, 1.0]]), attributes: Vec::new() };
     assert_eq!(plane.unwrap(), Points::Two(expected));
     assert_eq!(space(ascii(2, XYZ, "1 2 0\n3 4 0\n")).points, [[1.0, 2.0, 0.0], [3.0, 4.0, 0.0]]);
 }

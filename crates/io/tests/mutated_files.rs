@@ -89,7 +89,13 @@ fn small_samples() -> Vec<Sample> {
         by_hand("a.npy", bytes, true)
     };
     let colours = [[1, 2, 3]; 3];
-    let mesh = TriMesh { vertices: &POINTS, normals: &POINTS, triangles: &[[0, 1, 2]], colours: &colours };
+    let mesh = TriMesh {
+        vertices: &POINTS,
+        normals: &POINTS,
+        triangles: &[[0, 1, 2]],
+        colours: &colours,
+        ..Default::default()
+    };
     let far = POINTS.map(|p| p.map(|c| c + 5e8));
     let curves = [vec![[0.0, 0.5], [1.0, 2.0], [3.0, 1e-9]]];
     let big_endian = {
@@ -108,7 +114,9 @@ fn small_samples() -> Vec<Sample> {
         by_hand("a.csv", "x,y,z\n0,0.5,1\n1.5;-2 2.5\n# end\n".into(), false),
         by_hand("a.pts", "2\n0 0 0 0 0 1\n1 2 3 1 0 0\n".into(), false),
         by_hand("a.txt", "Scan of 1999\n//X Y Z Intensity\n1,5;2;3;9\n0,25;2;1;8\n".into(), false),
-        made("curve.csv", false, &|path| write_curves(path, &Curves { curves: &curves, points: &[] }).unwrap()),
+        made("curve.csv", false, &|path| {
+            write_curves(path, &Curves { curves: &curves, ..Default::default() }).unwrap()
+        }),
         by_hand("a.xy", "1 2 3\n4 5 6\n".into(), false),
         made("mesh.obj", false, &|path| write_mesh(path, &mesh).unwrap()),
         made("binary.stl", true, &|path| write_mesh(path, &mesh).unwrap()),

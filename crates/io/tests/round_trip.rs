@@ -209,10 +209,13 @@ fn curves_in_json_do_not_repeat_the_first_vertex() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("curves.json");
     let triangle = vec![[0.0, 0.0], [1.0, 0.0], [0.0, 0.1]];
-    write_curves(&path, &Curves { curves: &[triangle], points: &[] }).unwrap();
+    write_curves(&path, &Curves { curves: &[triangle], ..Default::default() }).unwrap();
     assert_eq!(std::fs::read_to_string(&path).unwrap(), "{\"curves\":[[[0.0,0.0],[1.0,0.0],[0.0,0.1]]]}\n");
     let broken = [vec![[0.0, f64::NAN]]];
-    assert!(matches!(write_curves(&path, &Curves { curves: &broken, points: &[] }), Err(WriteError::Invalid { .. })));
+    assert!(matches!(
+        write_curves(&path, &Curves { curves: &broken, ..Default::default() }),
+        Err(WriteError::Invalid { .. })
+    ));
 }
 
 #[test]
@@ -222,14 +225,14 @@ fn curves_in_svg_lie_in_the_view_and_keep_large_coordinates() {
     let far = 5e6;
     let square = vec![[far, far], [far + 2.0, far], [far + 2.0, far + 1.0], [far, far + 1.0]];
     let dots = [[far + 1.0, far + 0.5]];
-    write_curves(&path, &Curves { curves: &[square], points: &dots }).unwrap();
+    write_curves(&path, &Curves { curves: &[square], points: &dots, ..Default::default() }).unwrap();
     let text = std::fs::read_to_string(&path).unwrap();
     assert!(text.contains(r#"fill-rule="evenodd""#) && text.contains("scale(1 -1)"), "{text}");
     // The margin is 5 % of the longer side, 2; 0.1 is not exact at 5e6, hence only the first digits.
     assert!(text.contains(r#"d="M0.0999"#) || text.contains(r#"d="M0.1"#), "{text}");
     assert_eq!(text.matches("<circle").count(), 1);
     write_curves(&path, &Curves::default()).unwrap();
-    write_curves(&path, &Curves { curves: &[], points: &[[1.0, 1.0]] }).unwrap();
+    write_curves(&path, &Curves { curves: &[], points: &[[1.0, 1.0]], ..Default::default() }).unwrap();
     assert!(!std::fs::read_to_string(&path).unwrap().contains("NaN"));
 }
 

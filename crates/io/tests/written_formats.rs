@@ -5,7 +5,8 @@ use std::path::Path;
 use ndarray::{Array2, Array3};
 use serde_json::Value;
 use zeroset_io::{
-    Curves, Field, PointSet, Points, TriMesh, WriteError, read_points, write_curves, write_field, write_mesh,
+    Attribute, Curves, Field, NumberKind, PointSet, Points, TriMesh, WriteError, read_points, write_curves,
+    write_field, write_mesh,
 };
 
 const NORMALS: [[f64; 3]; 4] = [[-1.0, -1.0, -1.0], [1.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 0.0]];
@@ -25,7 +26,7 @@ fn written(name: &str, write: impl Fn(&Path)) -> Vec<u8> {
 }
 
 fn mesh_bytes(name: &str, vertices: &[[f64; 3]], colours: &[[u8; 3]]) -> Vec<u8> {
-    let mesh = TriMesh { vertices, normals: &NORMALS, triangles: &FACES, colours };
+    let mesh = TriMesh { vertices, normals: &NORMALS, triangles: &FACES, colours, ..Default::default() };
     written(name, |path| write_mesh(path, &mesh).unwrap())
 }
 
@@ -170,20 +171,22 @@ fn two_curves() -> [Vec<[f64; 2]>; 2] {
 #[test]
 fn curves_in_csv_can_be_read_as_points() {
     let curves = two_curves();
-    let bytes = written("a.csv", |path| write_curves(path, &Curves { curves: &curves, points: &[] }).unwrap());
+    let bytes = written("a.csv", |path| write_curves(path, &Curves { curves: &curves, ..Default::default() }).unwrap());
     let text = String::from_utf8(bytes.clone()).unwrap();
     assert!(text.starts_with("curve,x,y\n0,0.0,0.0\n") && text.contains("\n1,5000000.1,-1e-7\n"), "{text}");
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.csv");
     std::fs::write(&path, bytes).unwrap();
-    let expected = PointSet { points: curves.concat(), normals: None };
+    let number = [0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0].to_vec();
+    let number = Attribute { name: "curve".into(), kind: NumberKind::F64, values: number };
+    let expected = PointSet { points: curves.concat(), normals: None, attributes: vec![number] };
     assert_eq!(read_points(path).unwrap(), Points::Two(expected));
 }
 
 #[test]
 fn curves_in_dxf_are_closed_polylines() {
     let curves = [two_curves().to_vec(), vec![vec![]]].concat();
-    let bytes = written("a.dxf", |path| write_curves(path, &Curves { curves: &curves, points: &[] }).unwrap());
+    let bytes = written("a.dxf", |path| write_curves(path, &Curves { curves: &curves, ..Default::default() }).unwrap());
     let text = String::from_utf8(bytes).unwrap();
     let lines: Vec<&str> = text.lines().collect();
     let groups: Vec<(u32, &str)> = lines.chunks(2).map(|pair| (pair[0].trim().parse().unwrap(), pair[1])).collect();
@@ -242,4 +245,48 @@ fn fields_in_vti_have_x_fastest() {
     let (header, read) = vti(&written("a.vti", |path| write_field(path, &field).unwrap()));
     assert!(header.contains(r#"WholeExtent="0 1 0 2 0 0" Origin="0.0 0.0 0.0" Spacing="0.5 0.5 1.0""#), "{header}");
     assert_eq!(read, [0.0, 1.0, 10.0, 11.0, 20.0, 21.0]);
+}
+
+#[test]
+fn what_is_known_of_the_vertices_can_be_read_again() {
+    let attribute = |name: &str, kind, values: [f64; 4]| Attribute { name: name.into(), kind, values: values.to_vec() };
+    let attributes = [
+        attribute("green", NumberKind::U8, [0.0, 254.6, 300.0, -1.0]),
+        attribute("scalar Intensity", NumberKind::F64, [0.1, 1e300, -0.0, 2.0]),
+        attribute("label", NumberKind::U32, [0.0, 1.0, 4e9, 7.0]),
+        attribute("Support", NumberKind::F32, [9.0; 4]),
+    ];
+    let support = [0.5, 0.25, 0.0, 1.0];
+    let vertices = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let mesh = TriMesh { vertices: &vertices, support: &support, attributes: &attributes, ..Default::default() };
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.ply");
+    write_mesh(&path, &mesh).unwrap();
+    let points = read_points(path).unwrap();
+    // Integers are rounded and kept in range; a second column of the same name is not written.
+    let expected = [
+        attribute("support", NumberKind::F32, support),
+        attribute("green", NumberKind::U8, [0.0, 255.0, 255.0, 0.0]),
+        attribute("scalar Intensity", NumberKind::F64, [0.1, 1e300, -0.0, 2.0]),
+        attribute("label", NumberKind::U32, [0.0, 1.0, 4e9, 7.0]),
+    ];
+    assert_eq!(points.attributes(), expected);
+    assert!(refusal("a.ply", &TriMesh { support: &support[..3], ..mesh }).contains("3 distances"));
+    let short = [Attribute { values: vec![0.0], ..attributes[0].clone() }];
+    assert!(refusal("a.ply", &TriMesh { attributes: &short, ..mesh }).contains("1 values of \"green\""));
+}
+
+#[test]
+fn open_curves_stay_open() {
+    let paths = [vec![[0.0, 0.0], [1.0, 0.5], [2.0, 0.0]]];
+    let text = |name: &str| {
+        let bytes = written(name, |path| write_curves(path, &Curves { paths: &paths, ..Default::default() }).unwrap());
+        String::from_utf8(bytes).unwrap()
+    };
+    assert_eq!(text("a.json"), "{\"curves\":[],\"paths\":[[[0.0,0.0],[1.0,0.5],[2.0,0.0]]]}\n");
+    assert_eq!(text("a.csv"), "curve,x,y\n0,0.0,0.0\n0,1.0,0.5\n0,2.0,0.0\n");
+    // Group 70 is 1 where a polyline is closed.
+    assert!(text("a.dxf").contains(" 70\n0\n") && !text("a.dxf").contains(" 70\n1\n"));
+    let svg = text("a.svg");
+    assert!(svg.contains("fill=\"none\"") && !svg.contains('Z'), "{svg}");
 }

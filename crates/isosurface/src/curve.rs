@@ -78,7 +78,7 @@ pub fn curve(
             loops.push(cycle);
         }
     }
-    Ok((Curves { loops }, report))
+    Ok((Curves { loops, paths: Vec::new() }, report))
 }
 
 /// Extracts the zero set of a spline from the cells of its dense lattice, halved as often as asked for (at least as often as

@@ -62,6 +62,9 @@
 //!   passes through: the mesh is closed, and the whole lattice's up to rounding, at a cost that grows with its area.
 //! * The same bytes for any number of threads.
 //!
+//! A mesh or curves can then be cut: [`TriMesh::clipped`] and [`Curves::clipped`] keep the part where a function of the vertices
+//! is not positive, with a clean boundary; a manifold stays one.
+//!
 //! **Not guaranteed.**
 //!
 //! * Features thinner than a cell, between nodes of one sign, are missed: the samples do not show them.
@@ -71,6 +74,7 @@
 
 mod cell;
 mod cell_mesh;
+mod clip;
 mod curve;
 mod error;
 mod function;

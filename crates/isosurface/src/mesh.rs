@@ -24,12 +24,14 @@ pub struct Topology {
     pub components: usize,
     /// V − E + T, with V the vertices that triangles use.
     pub euler_characteristic: i64,
-    /// Sum of the components' genera; meaningful for closed meshes.
+    /// Sum of the components' genera, as if each loop of the boundary were closed by a disc.
     pub genus: i64,
     /// Whether every edge has exactly two triangles, one on each side, and every vertex one ring of triangles.
     pub closed: bool,
     /// Directed edges without their opposite: holes.
     pub boundary_edges: usize,
+    /// Loops that these edges make; loops that share a vertex count as one.
+    pub boundary_loops: usize,
     /// Directed edges that stand in more than one triangle: branches, or triangles turned over.
     pub non_manifold_edges: usize,
     /// Vertices where several rings of triangles meet.
@@ -54,7 +56,7 @@ impl TriMesh {
         self.triangles.iter().map(|triangle| self.triangle_area(triangle)).sum()
     }
 
-    fn triangle_area(&self, triangle: &[u32; 3]) -> f64 {
+    pub(crate) fn triangle_area(&self, triangle: &[u32; 3]) -> f64 {
         let [a, b, c] = triangle.map(|v| self.vertices[v as usize]);
         let cross = |k: usize| {
             let (l, m) = ((k + 1) % 3, (k + 2) % 3);
@@ -83,7 +85,10 @@ impl TriMesh {
             self.triangles.iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]).collect();
         directed.sort_unstable();
         let non_manifold_edges = directed.windows(2).filter(|pair| pair[0] == pair[1]).count();
-        let boundary_edges = directed.iter().filter(|&&(a, b)| directed.binary_search(&(b, a)).is_err()).count();
+        let boundary: Vec<(u32, u32)> =
+            directed.iter().copied().filter(|&(a, b)| directed.binary_search(&(b, a)).is_err()).collect();
+        let boundary_edges = boundary.len();
+        let boundary_loops = self.rings(&boundary);
         let mut edges: Vec<(u32, u32)> = directed.iter().map(|&(a, b)| (a.min(b), a.max(b))).collect();
         edges.sort_unstable();
         edges.dedup();
@@ -103,12 +108,22 @@ impl TriMesh {
         Topology {
             components,
             euler_characteristic,
-            genus: components as i64 - euler_characteristic.div_euclid(2),
+            genus: components as i64 - (euler_characteristic + boundary_loops as i64).div_euclid(2),
             closed,
             boundary_edges,
+            boundary_loops,
             non_manifold_edges,
             non_manifold_vertices,
         }
+    }
+
+    /// Connected sets of edges.
+    fn rings(&self, edges: &[(u32, u32)]) -> usize {
+        let mut sets = UnionFind::new(self.vertices.len());
+        let mut used: Vec<u32> = edges.iter().flat_map(|&(a, b)| [a, b]).collect();
+        used.sort_unstable();
+        used.dedup();
+        used.len() - edges.iter().filter(|&&(a, b)| sets.join(a as usize, b as usize)).count()
     }
 
     /// Vertices whose triangles do not form one ring (or one fan).
@@ -177,7 +192,8 @@ mod tests {
             normals: vec![],
             triangles: triangles.to_vec(),
         };
-        assert_eq!(mesh(&triangles[1..]).topology().boundary_edges, 3);
+        let open = mesh(&triangles[1..]).topology();
+        assert_eq!((open.boundary_edges, open.boundary_loops, open.genus), (3, 1, 0));
         triangles[0].swap(0, 1);
         assert_eq!(mesh(&triangles).topology().non_manifold_edges, 3);
         // Two tetrahedra that share a vertex only.

@@ -1,15 +1,17 @@
-//! Closed polylines and what can be said about them.
+//! Polylines and what can be said about them.
 
 use serde::Serialize;
 
-/// Closed polylines with the inside on their left; the last vertex is joined to the first, and not repeated.
+/// Polylines with the inside on their left.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Curves {
-    /// One list of vertices per loop.
+    /// One list of vertices per closed polyline; the last is joined to the first, which is not repeated.
     pub loops: Vec<Vec<[f64; 2]>>,
+    /// One list of vertices per open polyline: what [`Curves::clipped`] leaves of loops.
+    pub paths: Vec<Vec<[f64; 2]>>,
 }
 
-/// The topology of closed curves.
+/// The topology of curves.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct CurveTopology {
     /// Closed loops.
@@ -20,7 +22,9 @@ pub struct CurveTopology {
     pub holes: usize,
     /// Enclosed area, the holes taken off.
     pub area: f64,
-    /// Total length.
+    /// Open polylines.
+    pub paths: usize,
+    /// Total length, open polylines included.
     pub length: f64,
 }
 
@@ -34,7 +38,9 @@ impl Curves {
             parts: self.loops.len() - holes,
             holes,
             area: areas.iter().sum(),
-            length: self.loops.iter().map(|cycle| length(cycle)).sum(),
+            paths: self.paths.len(),
+            length: self.loops.iter().map(|cycle| length(sides(cycle))).sum::<f64>()
+                + self.paths.iter().map(|path| length(path.iter().zip(path.iter().skip(1)))).sum::<f64>(),
         }
     }
 }
@@ -49,6 +55,6 @@ fn signed_area(cycle: &[[f64; 2]]) -> f64 {
     0.5 * sides(cycle).map(|(a, b)| (a[0] - o[0]) * (b[1] - o[1]) - (b[0] - o[0]) * (a[1] - o[1])).sum::<f64>()
 }
 
-fn length(cycle: &[[f64; 2]]) -> f64 {
-    sides(cycle).map(|(a, b)| (b[0] - a[0]).hypot(b[1] - a[1])).sum()
+fn length<'a>(sides: impl Iterator<Item = (&'a [f64; 2], &'a [f64; 2])>) -> f64 {
+    sides.map(|(a, b)| (b[0] - a[0]).hypot(b[1] - a[1])).sum()
 }

@@ -15,7 +15,7 @@ use crate::spacing::distances_to;
 /// A point nearer than so many spacings (or cells, if those are larger) makes a site of its own needless.
 const NEAR: f64 = 0.3;
 /// A point farther than so many spacings there (or cells, if those are larger), or standard deviations of the noise, is off.
-const OFF: f64 = 2.0;
+const OFF: f64 = 1.0;
 const OFF_NOISE: f64 = 5.0;
 /// If more points than this share are off, it is the surface that is missing.
 const MOST_OFF: f64 = 0.1;

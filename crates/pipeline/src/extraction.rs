@@ -3,19 +3,30 @@
 use std::time::Instant;
 
 use serde::Serialize;
+use zeroset_bspline::{Derivatives, HierarchicalSpline};
 use zeroset_isosurface::{self as isosurface, CurveTopology, Curves, Topology, TriMesh};
 
 use crate::error::ReconstructError;
 use crate::reconstruct::Reconstruction;
 use crate::report::{ExtractionReport, StageFigures, StageReport};
+use crate::spacing::{Spacing, distances_to};
+use crate::support::Support;
 
 /// Lattices coarser than this are halved once more for extraction: chords over a cell would show.
 const FINE_ENOUGH: usize = 96;
+/// A mesh of more vertices is not made by halving the finest level's cells: it would cost more than it shows.
+const MANY: f64 = 400_000.0;
+/// A surface passes through so many cells for every square of a cell's side.
+const PER_CELL: f64 = 1.5;
 
 /// A component with less than the area of so many points is a speck.
 const SPECK: f64 = 50.0;
 
-/// The surface of a reconstruction as a mesh in data coordinates, with its topology. The report gets a stage.
+/// Newton steps that take the vertices of a boundary from the chords between their neighbours to f = 0.
+const NEWTON_STEPS: usize = 4;
+
+/// The surface of a reconstruction as a mesh in data coordinates, with its topology: closed, or, if [`Reconstruction::open`],
+/// the part that the points support, which is empty where they support none. The report gets a stage.
 ///
 /// # Errors
 /// If there is no zero set.
@@ -23,17 +34,47 @@ pub fn extract_surface(reconstruction: &mut Reconstruction<3>) -> Result<(TriMes
     let start = Instant::now();
     let halvings = marching_halvings(reconstruction);
     let (mut mesh, found) = isosurface::surface_of(&reconstruction.spline, halvings, &Default::default())?;
-    let (frame, points) = (reconstruction.frame, &reconstruction.points);
-    let stray = stray(reconstruction, points, &mesh.vertices);
+    let points = reconstruction.fitted();
+    let spacing = Spacing::of(&points);
+    let support = Support::new(&points, &spacing);
+    if reconstruction.open {
+        let mut lack = support.lack(&mesh.vertices);
+        let [speck, hole] = support.smallest();
+        mesh.settle(&mut lack, speck, hole);
+        let (part, kept) = mesh.clipped(&lack);
+        mesh = part;
+        onto_zero_set(reconstruction, &mut mesh, kept);
+    }
+    let closes = Closes::of(reconstruction, &support, &mesh.vertices, |remote| {
+        let of = |triangle: &[u32; 3]| triangle.map(|v| remote[v as usize]).iter().sum::<f64>() > 3.0;
+        let part: Vec<[u32; 3]> = mesh.triangles.iter().copied().filter(of).collect();
+        let remote = TriMesh { vertices: mesh.vertices.clone(), normals: Vec::new(), triangles: part }.area();
+        [remote, mesh.area()]
+    });
+    let uncovered = uncovered(&points, &mesh.vertices, spacing.typical);
+    let frame = reconstruction.frame;
     for vertex in &mut mesh.vertices {
         *vertex = frame.to_data(vertex);
     }
     let topology = mesh.topology();
+    if let Some(initial) = reconstruction.initial.as_ref().filter(|_| !reconstruction.open) {
+        let before =
+            isosurface::surface_of(&HierarchicalSpline::new(initial.clone())?, 0, &Default::default())?.0.topology();
+        if (before.components, before.genus) != (topology.components, topology.genus) {
+            reconstruction.report.warnings.push(format!(
+                "refinement has joined or pierced parts: {} component(s) of genus {} before it, {} of genus {} after; the \
+                 points do not tell which is right, a denser scan of narrow gaps and thin walls would",
+                before.components, before.genus, topology.components, topology.genus
+            ));
+        }
+    }
     let figures = Figures::Surface {
         vertices: mesh.vertices.len(),
         triangles: mesh.triangles.len(),
         area: mesh.area(),
         volume: mesh.enclosed_volume(),
+        unsupported_area: closes.extent / frame.scale.powi(2),
+        unsupported_share: closes.share,
         topology,
     };
     let speck = SPECK * reconstruction.report.input.spacing.powi(2);
@@ -45,11 +86,12 @@ pub fn extract_surface(reconstruction: &mut Reconstruction<3>) -> Result<(TriMes
             topology.components
         ));
     }
-    finish(reconstruction, start, found, figures, stray);
+    finish(reconstruction, start, found, figures, closes, uncovered);
     Ok((mesh, topology))
 }
 
-/// The curve of a reconstruction as closed polylines in data coordinates, with its topology. The report gets a stage.
+/// The curve of a reconstruction as polylines in data coordinates, with its topology: closed, or, if [`Reconstruction::open`],
+/// the parts that the points support. The report gets a stage.
 ///
 /// # Errors
 /// If there is no zero set.
@@ -57,13 +99,55 @@ pub fn extract_curve(reconstruction: &mut Reconstruction<2>) -> Result<(Curves, 
     let start = Instant::now();
     let halvings = marching_halvings(reconstruction);
     let (mut curves, found) = isosurface::curve_of(&reconstruction.spline, halvings, &Default::default())?;
-    let all: Vec<[f64; 2]> = curves.loops.iter().flatten().copied().collect();
-    let stray = stray(reconstruction, &reconstruction.points, &all);
-    for vertex in curves.loops.iter_mut().flatten() {
+    let points = reconstruction.fitted();
+    let spacing = Spacing::of(&points);
+    let support = Support::new(&points, &spacing);
+    if reconstruction.open {
+        let lack: Vec<Vec<f64>> = curves.loops.iter().map(|cycle| support.lack(cycle)).collect();
+        let [speck, hole] = support.smallest();
+        curves = curves.clipped(&lack, speck, hole);
+    }
+    let all: Vec<[f64; 2]> = curves.loops.iter().chain(&curves.paths).flatten().copied().collect();
+    let closes = Closes::of(reconstruction, &support, &all, |remote| {
+        let mut sums = [0.0; 2];
+        let mut first = 0;
+        for (line, closed) in curves.loops.iter().map(|l| (l, true)).chain(curves.paths.iter().map(|p| (p, false))) {
+            let n = line.len();
+            for i in 0..if closed { n } else { n - 1 } {
+                let (a, b) = (line[i], line[(i + 1) % n]);
+                let length = (b[0] - a[0]).hypot(b[1] - a[1]);
+                sums[1] += length;
+                if remote[first + i] + remote[first + (i + 1) % n] > 2.0 {
+                    sums[0] += length;
+                }
+            }
+            first += n;
+        }
+        sums
+    });
+    let uncovered = uncovered(&points, &all, spacing.typical);
+    for vertex in curves.loops.iter_mut().chain(&mut curves.paths).flatten() {
         *vertex = reconstruction.frame.to_data(vertex);
     }
     let topology = curves.topology();
-    finish(reconstruction, start, found, Figures::Curve { vertices: all.len(), topology }, stray);
+    if let Some(initial) = reconstruction.initial.as_ref().filter(|_| !reconstruction.open) {
+        let before =
+            isosurface::curve_of(&HierarchicalSpline::new(initial.clone())?, 0, &Default::default())?.0.topology();
+        if before.loops != topology.loops {
+            reconstruction.report.warnings.push(format!(
+                "refinement has joined or split parts: {} loop(s) before it, {} after; the points do not tell which is \
+                 right, a denser sampling of narrow gaps would",
+                before.loops, topology.loops
+            ));
+        }
+    }
+    let figures = Figures::Curve {
+        vertices: all.len(),
+        unsupported_length: closes.extent / reconstruction.frame.scale,
+        unsupported_share: closes.share,
+        topology,
+    };
+    finish(reconstruction, start, found, figures, closes, uncovered);
     Ok((curves, topology))
 }
 
@@ -79,8 +163,12 @@ pub enum Figures {
         triangles: usize,
         /// Area.
         area: f64,
-        /// Enclosed volume.
+        /// Enclosed volume; of an open surface that of the cone over it, seen from its first vertex.
         volume: f64,
+        /// Area of the triangles that are farther from every point than 1.5 spacings of the points there: what closes holes.
+        unsupported_area: f64,
+        /// The same as a share of the area.
+        unsupported_share: f64,
         /// Components, genus, holes.
         topology: Topology,
     },
@@ -88,52 +176,127 @@ pub enum Figures {
     Curve {
         /// Vertices of the polylines.
         vertices: usize,
+        /// Length of the chords that are farther from every point than 1.5 spacings of the points there: what closes gaps.
+        unsupported_length: f64,
+        /// The same as a share of the length.
+        unsupported_share: f64,
         /// Loops, area, length.
         topology: CurveTopology,
     },
 }
 
-/// From the dense lattice's cells to those that the zero set is extracted on: the finest of the spline, or finer.
+/// From the dense lattice's cells to those that the zero set is extracted on: the finest of the spline, halved once more if
+/// that makes no more vertices than [`MANY`], or if chords would show.
 fn marching_halvings<const D: usize>(reconstruction: &Reconstruction<D>) -> u32 {
     let longest = reconstruction.domain.cells(reconstruction.halvings).into_iter().max().unwrap_or(0);
-    (reconstruction.spline.levels().len() as u32).max(u32::from(longest < FINE_ENOUGH))
+    let levels = reconstruction.spline.levels().len() as u32;
+    let cell = 0.5 * reconstruction.domain.spacing(reconstruction.halvings + levels);
+    let spacing = reconstruction.report.input.spacing * reconstruction.frame.scale;
+    let vertices = PER_CELL * reconstruction.points.len() as f64 * (spacing / cell).powi(D as i32 - 1);
+    let refined = reconstruction.initial.is_some();
+    levels + u32::from(longest << levels < FINE_ENOUGH || (refined && vertices < MANY))
 }
 
-/// Share of the vertices that are farther than four spacings (or two cells, if those are larger) from every point.
-fn stray<const D: usize>(reconstruction: &Reconstruction<D>, points: &[[f64; D]], vertices: &[[f64; D]]) -> f64 {
-    let cell = reconstruction.domain.spacing(reconstruction.halvings);
-    let spacing = reconstruction.report.input.spacing * reconstruction.frame.scale;
-    let reach = (4.0 * spacing).max(2.0 * cell);
-    let far = crate::spacing::distances_to(points, vertices).into_iter().filter(|&d| d > reach).count();
-    far as f64 / vertices.len().max(1) as f64
+/// Moves the vertices from the first one on to f = 0 and gives them their normals, in the frame.
+fn onto_zero_set(reconstruction: &Reconstruction<3>, mesh: &mut TriMesh, first: usize) {
+    let vertices = &mut mesh.vertices[first..];
+    // Chords are off the surface by much less than a cell; a longer step leads elsewhere.
+    let longest = 0.25 * reconstruction.domain.spacing(reconstruction.halvings);
+    for step in 0..=NEWTON_STEPS {
+        let at = reconstruction.spline.evaluate(vertices, Derivatives::Gradient);
+        for (i, (value, gradient)) in at.values.iter().zip(&at.gradients).enumerate() {
+            let norm = gradient.iter().map(|g| g * g).sum::<f64>().sqrt();
+            if !(norm > 0.0 && (value / norm).abs() < longest) {
+                continue;
+            }
+            if step < NEWTON_STEPS {
+                (0..3).for_each(|axis| vertices[i][axis] -= value / norm * gradient[axis] / norm);
+            } else {
+                mesh.normals[first + i] = gradient.map(|g| g / norm);
+            }
+        }
+    }
+}
+
+/// The part of the zero set that no points support.
+struct Closes {
+    /// Area, or length, in the frame.
+    extent: f64,
+    /// The same as a share of all.
+    share: f64,
+    /// Share of the vertices that are farther than four spacings (or two cells, if those are larger) from every point.
+    stray: f64,
+}
+
+impl Closes {
+    /// `measure` gives the extent of the part where the values at the vertices, of which it is told, are above 1, and of all.
+    fn of<const D: usize>(
+        reconstruction: &Reconstruction<D>,
+        support: &Support<D>,
+        vertices: &[[f64; D]],
+        measure: impl FnOnce(&[f64]) -> [f64; 2],
+    ) -> Self {
+        let [extent, all] = measure(&support.remoteness(vertices));
+        let cell = reconstruction.domain.spacing(reconstruction.halvings);
+        let spacing = reconstruction.report.input.spacing * reconstruction.frame.scale;
+        let reach = (4.0 * spacing).max(2.0 * cell);
+        let far = distances_to(&reconstruction.points, vertices).into_iter().filter(|&d| d > reach).count();
+        let share = if all > 0.0 { extent / all } else { 0.0 };
+        Self { extent, share, stray: far as f64 / vertices.len().max(1) as f64 }
+    }
+}
+
+/// Share of the points that are farther than two spacings from every vertex.
+fn uncovered<const D: usize>(points: &[[f64; D]], vertices: &[[f64; D]], spacing: f64) -> f64 {
+    if vertices.is_empty() {
+        return 1.0;
+    }
+    let far = distances_to(vertices, points).into_iter().filter(|&d| d > 2.0 * spacing).count();
+    far as f64 / points.len() as f64
 }
 
 /// Above this share of vertices away from all points, a warning is given. (Holes of a few percent are closed without one: the
 /// share is in the report, and what is wrong there shows elsewhere.)
 const STRAY_TOLERATED: f64 = 0.08;
+/// An open surface that leaves out more than this share of the points is not to be trusted.
+const UNCOVERED_TOLERATED: f64 = 0.1;
 
 fn finish<const D: usize>(
     reconstruction: &mut Reconstruction<D>,
     start: Instant,
     found: isosurface::Report,
     zero_set: Figures,
-    unsupported: f64,
+    closes: Closes,
+    uncovered: f64,
 ) {
+    let open = reconstruction.open;
     let report = &mut reconstruction.report;
-    if found.capped > 0 {
+    if found.capped > 0 && !open {
         report.warnings.push(format!(
-            "the zero set leaves the box and was closed there ({} vertices): the shape may be open",
+            "the zero set leaves the box and was closed there ({} vertices): the shape may be open (--open)",
             found.capped
         ));
     }
-    if unsupported > STRAY_TOLERATED {
+    if closes.stray > STRAY_TOLERATED {
+        let (measure, extent) = match zero_set {
+            Figures::Surface { unsupported_area, .. } => ("area", unsupported_area),
+            Figures::Curve { unsupported_length, .. } => ("length", unsupported_length),
+        };
         report.warnings.push(format!(
-            "{:.0} % of the result is far from all points: it closes holes, or is wrong there",
-            100.0 * unsupported
+            "{:.0} % of the result ({measure} {extent:.4}) is far from all points: it closes holes, or is wrong there; --open \
+             leaves it out",
+            100.0 * closes.share
+        ));
+    }
+    if open && uncovered > UNCOVERED_TOLERATED {
+        report.doubt.get_or_insert(format!(
+            "no trustworthy open surface was found: {:.0} % of the points are away from it; try --smooth with a length above \
+             the noise, or a denser or cleaner scan",
+            100.0 * uncovered
         ));
     }
     let seconds = start.elapsed().as_secs_f64();
     tracing::info!(stage = "extraction", seconds, "done");
-    let figures = StageFigures::Extraction(ExtractionReport { found, unsupported, zero_set });
+    let figures = StageFigures::Extraction(ExtractionReport { found, unsupported: closes.stray, uncovered, zero_set });
     report.stages.push(StageReport { seconds, figures });
 }

@@ -36,10 +36,10 @@
 //! | → f*, the dynamic reconstruction | [`trust_region`] | section 2.3 |
 //! | → curve or mesh | [`isosurface`] | |
 //!
-//! **Guaranteed.** The zero set is extracted closed, manifold and outward; the same bytes for any number of threads; the
-//! [`Report`] says what was not covered by data.
+//! **Guaranteed.** The zero set is extracted closed, manifold and outward, or, with [`Options::open`], manifold with a boundary
+//! that follows the sampling; the same bytes for any number of threads; the [`Report`] says what was not covered by data.
 //!
-//! **Not here.** Open surfaces (they are closed), sharp creases (they are rounded over about a cell), files (see
+//! **Not here.** Sharp creases (they are rounded over about a cell), files (see
 //! `zeroset-io`).
 
 mod anchor;
@@ -54,9 +54,11 @@ mod options;
 mod reconstruct;
 mod refinement;
 mod report;
+mod samples_around;
 mod sign;
 mod sign_field;
 mod spacing;
+mod support;
 mod thinning;
 mod trust;
 
@@ -71,6 +73,7 @@ pub use report::{
     DistanceReport, ExtractionReport, FrameReport, InputReport, REPORT_VERSION, Report, StageFigures, StageReport,
     TrustReport,
 };
+pub use samples_around::SamplesAround;
 pub use sign::{SignReport, synthesize};
 pub use sign_field::{SignField, sign_field};
 pub use spacing::Spacing;

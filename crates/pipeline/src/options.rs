@@ -19,6 +19,9 @@ pub struct Options {
     pub smoothing: Option<f64>,
     /// How the distance of section 4 is computed.
     pub distance: Method,
+    /// Whether the curve or surface ends where its points do. If not it is closed: over holes, and over the open side of a
+    /// bowl. The function is the same kind in both cases, with an inside; only what the points support is extracted.
+    pub open: bool,
     /// Whether the initial shape (section 5) is refined by the dynamic reconstruction (section 2.3).
     pub refine: bool,
 }
@@ -31,6 +34,7 @@ impl Default for Options {
             topology: Topology::default(),
             smoothing: None,
             distance: Method::default(),
+            open: false,
             refine: true,
         }
     }

@@ -34,6 +34,8 @@ pub struct Reconstruction<const D: usize> {
     pub frame: Frame<D>,
     /// The points in the frame, without repetitions.
     pub points: Vec<[f64; D]>,
+    /// Which of them lie on no part of the surface, and were not fitted.
+    pub outliers: Vec<bool>,
     /// The box and its lattices.
     pub domain: Domain<D>,
     /// How often the coarse lattice's cells were halved for the final one.
@@ -41,17 +43,25 @@ pub struct Reconstruction<const D: usize> {
     /// f̂, where the points are so noisy that their normals are better taken from it: f* follows detail that their noise
     /// hides, and many points do not lie beside the part of it that they were taken from.
     pub guide: Option<Spline<D>>,
+    /// The initial shape, if it was refined.
+    pub initial: Option<Spline<D>>,
+    /// Whether the zero set is to end where the points do: [`Options::open`].
+    pub open: bool,
     /// Everything worth knowing about how it came about.
     pub report: Report,
 }
 
 /// Noise above this share of the spacing leaves the topology of surfaces unsure. (Curves have fewer ways to go wrong.)
 const DEEP_NOISE: f64 = 0.75;
+/// Noise below this share of the spacing is none, if the surface is open,
+const CLEAN: f64 = 0.1;
+/// and the smoothing length from which refinement starts then is at most so many spacings.
+const CLEAN_RATIO: f64 = 0.4;
 /// Below this share of zero-set edges with data nearby, a warning is given.
 const SUPPORT_EXPECTED: f64 = 0.7;
 
 /// Reconstructs a closed curve (`D` = 2) or surface (`D` = 3) from points on it, `N × D` in any unit, as the zero set of
-/// a B-spline that is negative inside.
+/// a B-spline that is negative inside. With [`Options::open`] the zero set is cut where the points end when it is extracted.
 ///
 /// # Errors
 /// Points that have no shape, options out of range, or a stage that could not go on; the message names it.
@@ -84,7 +94,9 @@ pub fn reconstruct_watched<const D: usize>(
 ) -> Result<Reconstruction<D>, ReconstructError> {
     options.check()?;
     let (frame, distinct) = Frame::of(points)?;
-    let (heard, spacing) = heard(&distinct);
+    let spacing = Spacing::of(&distinct);
+    let mut outliers = isolated(&distinct, &spacing);
+    let (heard, spacing) = without(&distinct, &outliers, spacing);
     let Lattices { domain, halvings, levels } = lattices(&frame, &spacing, options);
     let mut road = Road { stages: Vec::new(), watch };
 
@@ -98,7 +110,11 @@ pub fn reconstruct_watched<const D: usize>(
     let noise = standard_deviation(&f_hat, &heard);
     let nodes = domain.nodes(halvings);
     let cell = domain.spacing(halvings);
-    let smooth = denoised(&f_hat, &heard, spacing.typical);
+    // The referee knows closed surfaces only and may take an open one for noisy: its choice of a long smoothing length is then
+    // heard only if neighbouring points differ as noisy ones do.
+    let misjudged = options.open && noise < CLEAN * spacing.typical;
+    let ratio = if misjudged { ratio.min(CLEAN_RATIO) } else { ratio };
+    let smooth = if misjudged { None } else { denoised(&f_hat, &heard, spacing.typical) };
     let sites = smooth.as_ref().unwrap_or(&heard);
     let noisy = smooth.is_some();
     let mut distance = road.stage("distance", || unsigned_distance(sites, &domain, halvings, options))?;
@@ -118,8 +134,8 @@ pub fn reconstruct_watched<const D: usize>(
         }
         Ok(((phi, off), StageFigures::Sign(report)))
     })?;
-    let fitted = kept(&heard, &off);
-    let fitted_spacing = if fitted.len() < heard.len() { Spacing::of(&fitted) } else { spacing.clone() };
+    let (fitted, fitted_spacing) = without(&heard, &off, spacing.clone());
+    outliers.iter_mut().filter(|outlier| !**outlier).zip(off).for_each(|(outlier, off)| *outlier = off);
 
     let knots = domain.knots(options.degree, halvings)?;
     let initial = road.stage("initial-shape", || {
@@ -129,7 +145,7 @@ pub fn reconstruct_watched<const D: usize>(
         Ok((spline, StageFigures::InitialShape(report)))
     })?;
 
-    let spline = if options.refine {
+    let (spline, initial) = if options.refine {
         let settings = Refinement {
             points: &fitted,
             spacing: &fitted_spacing,
@@ -143,18 +159,19 @@ pub fn reconstruct_watched<const D: usize>(
             smoothing: options.smoothing.map(|length| length * frame.scale),
             cancel: &watch.cancel,
         };
-        if options.degree == 3 {
+        let spline = if options.degree == 3 {
             road.stage("refinement", || settings.on_levels(&initial))?
         } else {
             road.stage("dense-refinement", || settings.on_one_lattice(&initial))?
-        }
+        };
+        (spline, Some(initial))
     } else {
-        HierarchicalSpline::new(initial)?
+        (HierarchicalSpline::new(initial)?, None)
     };
 
     let trust = trust::judge(&spline, (&fitted, &fitted_spacing), few, few_spacing, &domain.knots(options.degree, 0)?)?;
-    let (warning, doubt) = trust::verdict(&trust);
-    let mut warnings = warnings(&road.stages);
+    let (warning, doubt) = trust::verdict(&trust, options.open);
+    let mut warnings = warnings(&road.stages, options.open);
     warnings.extend(warning);
     if D == 3 && noise > DEEP_NOISE * spacing.typical {
         warnings.push(format!(
@@ -191,10 +208,26 @@ pub fn reconstruct_watched<const D: usize>(
         doubt,
     };
     let guide = noisy.then_some(f_hat);
-    Ok(Reconstruction { spline, frame, points: distinct, domain, halvings, guide, report })
+    Ok(Reconstruction {
+        spline,
+        frame,
+        points: distinct,
+        outliers,
+        domain,
+        halvings,
+        guide,
+        initial,
+        open: options.open,
+        report,
+    })
 }
 
 impl<const D: usize> Reconstruction<D> {
+    /// The points that were fitted, in the frame.
+    pub fn fitted(&self) -> Vec<[f64; D]> {
+        kept(&self.points, &self.outliers)
+    }
+
     /// The function in the data's unit of length, on knots relative to the returned origin: `f(x) = spline(x − origin)`.
     ///
     /// # Errors
@@ -214,13 +247,14 @@ impl<const D: usize> Reconstruction<D> {
         let cell = self.domain.spacing(self.halvings);
         self.points
             .iter()
+            .zip(&self.outliers)
             .zip(evaluation.values.iter().zip(&evaluation.gradients))
-            .map(|(point, (value, gradient))| {
+            .map(|((point, outlier), (value, gradient))| {
                 let norm = gradient.iter().map(|g| g * g).sum::<f64>().sqrt();
                 let direction = gradient.map(|g| if norm > 0.0 { g / norm } else { 0.0 });
                 // The mean length of the gradient is 1; a residual of a cell leaves no confidence.
                 let confidence = norm.min(1.0) * (1.0 - (value / norm.max(f64::MIN_POSITIVE) / cell).abs()).max(0.0);
-                OrientedPoint { position: self.frame.to_data(point), normal: direction, confidence }
+                OrientedPoint { position: self.frame.to_data(point), normal: direction, confidence, outlier: *outlier }
             })
             .collect()
     }
@@ -237,6 +271,8 @@ pub struct OrientedPoint<const D: usize> {
     pub normal: [f64; D],
     /// Between 0 and 1.
     pub confidence: f64,
+    /// Whether it lies on no part of the surface, and was not fitted.
+    pub outlier: bool,
 }
 
 /// Collects the stages' reports.
@@ -272,23 +308,23 @@ pub fn coarse_cells<const D: usize>(spacing: &Spacing) -> usize {
     cells
 }
 
+/// Those of the points that are not `off`, with their spacing, where `spacing` is that of all.
+fn without<const D: usize>(points: &[[f64; D]], off: &[bool], spacing: Spacing) -> (Vec<[f64; D]>, Spacing) {
+    let kept = kept(points, off);
+    let spacing = if kept.len() < points.len() { Spacing::of(&kept) } else { spacing };
+    (kept, spacing)
+}
+
 /// Those of the points that are not `off`.
 fn kept<const D: usize>(points: &[[f64; D]], off: &[bool]) -> Vec<[f64; D]> {
     points.iter().zip(off).filter(|(_, off)| !**off).map(|(point, _)| *point).collect()
 }
 
-/// The points that are fitted, with their spacing: all but those that lie on no surface with others, unless these are
-/// so many that they must be the shape.
-fn heard<const D: usize>(distinct: &[[f64; D]]) -> (Vec<[f64; D]>, Spacing) {
-    let spacing = Spacing::of(distinct);
-    let isolated = spacing.isolated(distinct);
+/// Which points lie on no surface with others; none, if these are so many that they must be the shape.
+fn isolated<const D: usize>(points: &[[f64; D]], spacing: &Spacing) -> Vec<bool> {
+    let isolated = spacing.isolated(points);
     let count = isolated.iter().filter(|isolated| **isolated).count();
-    if count == 0 || count * 10 > distinct.len() {
-        return (distinct.to_vec(), spacing);
-    }
-    let heard: Vec<_> = distinct.iter().zip(&isolated).filter(|(_, isolated)| !**isolated).map(|(p, _)| *p).collect();
-    let spacing = Spacing::of(&heard);
-    (heard, spacing)
+    if count * 10 > points.len() { vec![false; points.len()] } else { isolated }
 }
 
 /// The box, the halvings from its coarsest lattice to that of the initial shape, and how many levels above that are wanted
@@ -372,7 +408,8 @@ fn unsigned_distance<const D: usize>(
     Ok((distance.values, StageFigures::Distance(report)))
 }
 
-fn warnings(stages: &[StageReport]) -> Vec<String> {
+/// That a surface is open is no news where an `open` one is wanted.
+fn warnings(stages: &[StageReport], open: bool) -> Vec<String> {
     let mut warnings = Vec::new();
     for stage in stages {
         match &stage.figures {
@@ -383,15 +420,16 @@ fn warnings(stages: &[StageReport]) -> Vec<String> {
                         .into(),
                 );
             }
-            StageFigures::Sign(report) if report.supported < SUPPORT_EXPECTED => {
+            StageFigures::Sign(report) if report.supported < SUPPORT_EXPECTED && !open => {
                 warnings.push(format!(
-                    "only {:.0} % of the surface runs where points are: the data have large holes, or the shape is open",
+                    "only {:.0} % of the surface runs where points are: the data have large holes, or the shape is open \
+                     (--open)",
                     100.0 * report.supported
                 ));
             }
-            StageFigures::Sign(report) if report.nodes_clipped > 0 => {
+            StageFigures::Sign(report) if report.nodes_clipped > 0 && !open => {
                 warnings.push(format!(
-                    "{} lattice nodes on the faces of the box were inside and were cut off: the shape may be open",
+                    "{} lattice nodes on the faces of the box were inside and were cut off: the shape may be open (--open)",
                     report.nodes_clipped
                 ));
             }

@@ -107,11 +107,14 @@ impl<const D: usize> Refinement<'_, D> {
             smallest_smoothing_length: 0.05 * spacing,
             third_order: Some(SECOND_ORDER * spacing),
             noise: noise.map(|noise| NOISE_LEFT * noise),
-            // Of few points so few are held out that their error may turn by chance.
-            patience: if self.points.len() < FEW { 4 } else { 2 },
             cancel: self.cancel.clone(),
             ..trust_region::LevelOptions::for_spacing::<D>(spacing)
         };
+        if self.points.len() < FEW {
+            // So few are held out that their error may turn by chance, their cells are so small beside their spacing that a
+            // step takes more work, and the normals of f̂ are too rough between them.
+            (settings.patience, settings.cg_steps, settings.normal_length) = (4, 24, 0.0);
+        }
         if let Some(length) = self.smoothing {
             settings.smoothing_length = length.max(first);
             settings.smallest_smoothing_length = length;

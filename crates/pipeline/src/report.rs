@@ -140,6 +140,8 @@ pub struct ExtractionReport {
     pub found: zeroset_isosurface::Report,
     /// Share of the vertices farther than four spacings from every point.
     pub unsupported: f64,
+    /// Share of the points farther than two spacings from every vertex.
+    pub uncovered: f64,
     /// The result, in the data's unit.
     #[serde(flatten)]
     pub zero_set: Figures,

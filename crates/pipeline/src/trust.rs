@@ -57,19 +57,20 @@ fn misfit<const D: usize>(at: &Evaluation<D>, spacing: &Spacing) -> f64 {
     off as f64 / distances.len() as f64
 }
 
-/// The warning, if there is some doubt, or the doubt, if there is no trust.
-pub fn verdict(trust: &TrustReport) -> (Option<String>, Option<String>) {
+/// The warning, if there is some doubt, or the doubt, if there is no trust. Of an `open` surface winding numbers say nothing:
+/// it has no inside.
+pub fn verdict(trust: &TrustReport, open: bool) -> (Option<String>, Option<String>) {
     let (score, unsure) = (trust.judgement.score, 100.0 * trust.unsure);
     let advice =
         "try --smooth with a length above the noise but below half the thinnest wall, or a denser or cleaner scan";
-    if score > NO_TRUST {
+    if score > NO_TRUST && !open {
         let doubt = format!(
             "no trustworthy closed surface was found: winding numbers contradict the sides of the points (score \
              {score:.2}, {unsure:.0} % of the points unsure); {advice}"
         );
         return (None, Some(doubt));
     }
-    if score > SOME_DOUBT {
+    if score > SOME_DOUBT && !open {
         let warning = format!(
             "some points are probably on the wrong side (score {score:.2}, {unsure:.0} % of the points unsure): {advice}"
         );

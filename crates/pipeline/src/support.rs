@@ -1,0 +1,134 @@
+//! Which part of a curve or surface its points support.
+//!
+//! Between points a surface is an interpolation, beyond them an invention. At a place on it, take the mean of the samples
+//! around, weighted by `exp(−d²/2σ²)` and by the area that each stands for. In the midst of samples it is the place itself.
+//! At the distance t beyond a straight boundary of them it is `σ φ(t/σ)/Φ(−t/σ)` away (Mills' ratio): 0.8 σ on the boundary,
+//! σ at t = 0.3 σ. There the surface ends. The mean depends smoothly on the place, so that the boundary is smooth where the
+//! nearest sample alone would scallop it.
+
+use kiddo::{ImmutableKdTree, SquaredEuclidean};
+use rayon::prelude::*;
+use std::num::NonZero;
+
+use crate::spacing::Spacing;
+
+/// σ, in spacings of the points around.
+const WIDTH: f64 = 1.5;
+/// No part farther from the nearest sample than so many of its spacings is supported, whatever lies around: the midst of a
+/// hole. Gaps in random samples of even density hardly reach so far; those that do are small, and closed.
+const FARTHEST: f64 = 1.5;
+/// Samples that have a say: on a surface they reach to 2.1 σ in its midst, and to 3 σ at its boundary.
+const AROUND: usize = 32;
+/// Over so many neighbours a sample's spacing is averaged, for a boundary without steps: a single one errs by a third.
+const SMOOTH: usize = 24;
+/// Connected parts that are supported by no more than so many samples' share are specks,
+const SPECK: f64 = 12.0;
+/// and such holes are closed.
+const HOLE: f64 = 6.0;
+
+/// Samples of a curve or surface with the spacing around each.
+pub struct Support<'a, const D: usize> {
+    points: &'a [[f64; D]],
+    tree: ImmutableKdTree<f64, D>,
+    /// Mean of the neighbours' spacings, per point.
+    local: Vec<f64>,
+    typical: f64,
+}
+
+impl<'a, const D: usize> Support<'a, D> {
+    /// The points must be distinct and finite, and at least two.
+    pub fn new(points: &'a [[f64; D]], spacing: &Spacing) -> Self {
+        let tree = ImmutableKdTree::new_from_slice(points).expect("points are distinct and finite");
+        let wanted = NonZero::new(SMOOTH.min(points.len())).expect("there are points");
+        let local = points
+            .par_iter()
+            .map(|point| {
+                let nearest = tree.query(point).nearest_n::<SquaredEuclidean<f64>>(wanted).execute();
+                nearest.iter().map(|n| spacing.local[n.item as usize]).sum::<f64>() / nearest.len() as f64
+            })
+            .collect();
+        Self { points, tree, local, typical: spacing.typical }
+    }
+
+    /// The least area (length in 2D) of a part that is no speck, and of a hole that stays open.
+    pub fn smallest(&self) -> [f64; 2] {
+        [SPECK, HOLE].map(|shares| shares * self.typical.powi(D as i32 - 1))
+    }
+
+    /// Per place, at most 0 where it is supported, and continuous across the boundary.
+    pub fn lack(&self, places: &[[f64; D]]) -> Vec<f64> {
+        places.par_iter().map(|place| self.lack_at(place)).collect()
+    }
+
+    /// The distance of each place from the nearest sample, over the farthest that is supported.
+    pub fn remoteness(&self, places: &[[f64; D]]) -> Vec<f64> {
+        places.par_iter().map(|place| self.remoteness_at(place)).collect()
+    }
+
+    fn remoteness_at(&self, place: &[f64; D]) -> f64 {
+        let nearest = self.tree.query(place).nearest_one::<SquaredEuclidean<f64>>().execute();
+        nearest.distance.sqrt() / (FARTHEST * self.local[nearest.item as usize])
+    }
+
+    fn lack_at(&self, place: &[f64; D]) -> f64 {
+        let remoteness = self.remoteness_at(place);
+        // Far beyond the boundary only the sign matters.
+        if remoteness > 2.0 {
+            return remoteness - 1.0;
+        }
+        let wanted = NonZero::new(AROUND.min(self.points.len())).expect("there are points");
+        let around = self.tree.query(place).nearest_n::<SquaredEuclidean<f64>>(wanted).execute();
+        let Some(first) = around.iter().min_by(|a, b| a.distance.total_cmp(&b.distance)) else { return remoteness };
+        let sigma = WIDTH * self.local[first.item as usize];
+        let (mut spacing, mut offset) = (0.0, [0.0; D]);
+        for sample in &around {
+            let (index, local) = (sample.item as usize, self.local[sample.item as usize]);
+            // The nearest has weight 1, however far it is.
+            let weight = ((first.distance - sample.distance) / (2.0 * sigma * sigma)).exp() * local.powi(D as i32 - 1);
+            spacing += weight * local;
+            (0..D).for_each(|axis| offset[axis] += weight * (self.points[index][axis] - place[axis]));
+        }
+        let offset = offset.iter().map(|x| x * x).sum::<f64>().sqrt();
+        remoteness.max(offset / (WIDTH * spacing)) - 1.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Random points of density 1 on a square of side 40, but for a disc around its centre.
+    fn square(hole: f64) -> Vec<[f64; 3]> {
+        (0..1600)
+            .map(|i| [0.754_877_666, 0.569_840_291].map(|step| 40.0 * (f64::from(i) * step).fract()))
+            .map(|[x, y]| [x, y, 0.0])
+            .filter(|p| (p[0] - 20.0).hypot(p[1] - 20.0) >= hole)
+            .collect()
+    }
+
+    #[test]
+    fn the_boundary_follows_the_sampling() {
+        let points = square(0.0);
+        let spacing = Spacing::of(&points);
+        let support = Support::new(&points, &spacing);
+        let along = |x: f64| -> Vec<f64> {
+            let places: Vec<[f64; 3]> = (50..350).map(|i| [x, 0.1 * f64::from(i), 0.0]).collect();
+            support.lack(&places)
+        };
+        assert!(along(20.0).iter().all(|lack| *lack < -0.5), "the midst");
+        assert!(along(40.0).iter().all(|lack| *lack < 0.0), "the edge is kept");
+        assert!(along(42.0).iter().all(|lack| *lack > 0.0), "two spacings beyond it nothing is");
+    }
+
+    #[test]
+    fn large_holes_are_open_and_small_ones_are_not() {
+        for (hole, open) in [(1.5, false), (5.0, true)] {
+            let points = square(hole);
+            let spacing = Spacing::of(&points);
+            let places: Vec<[f64; 3]> = (0..40).map(|i| [16.0 + 0.2 * f64::from(i), 20.0, 0.0]).collect();
+            let lack = Support::new(&points, &spacing).lack(&places);
+            assert_eq!(lack.iter().any(|lack| *lack > 0.0), open, "{hole}: {lack:?}");
+            assert_eq!(lack[20] > 0.0, open);
+        }
+    }
+}
