@@ -66,7 +66,7 @@ pub struct Reconstruct {
     /// function's levels with curve and points
     #[arg(short, long = "output", value_name = "FILE", required_unless_present_any = ["oriented", "report"], help_heading = "Output")]
     pub output: Vec<PathBuf>,
-    /// Write the input points with outward normals and confidence (.ply)
+    /// Write the input points with outward normals, confidence and which are outliers (.ply)
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub oriented: Option<PathBuf>,
     /// The axis that points up in pictures

@@ -193,7 +193,8 @@ fn finish<const D: usize>(
             let positions: Vec<_> = oriented.iter().map(|p| p.position).collect();
             let normals: Vec<_> = oriented.iter().map(|p| p.normal).collect();
             let confidence: Vec<_> = oriented.iter().map(|p| p.confidence).collect();
-            zeroset_io::write_oriented(path, &positions, &normals, &confidence).map_err(Failure::writing)?;
+            let outlier: Vec<_> = oriented.iter().map(|p| p.outlier).collect();
+            zeroset_io::write_oriented(path, &positions, &normals, &confidence, &outlier).map_err(Failure::writing)?;
         }
         write_report(arguments, result)
     })?;

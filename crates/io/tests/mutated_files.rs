@@ -108,7 +108,7 @@ fn small_samples() -> Vec<Sample> {
                  property list uchar int l\nend_header\n0 .5 2 7 8\n1.25 -3e1 0\n";
     vec![
         made("mesh.ply", false, &|path| write_mesh(path, &mesh).unwrap()),
-        made("oriented.ply", true, &|path| write_oriented(path, &POINTS, &POINTS, &[1.0; 3]).unwrap()),
+        made("oriented.ply", true, &|path| write_oriented(path, &POINTS, &POINTS, &[1.0; 3], &[false; 3]).unwrap()),
         by_hand("big_endian.ply", big_endian, true),
         by_hand("ascii.ply", ascii.into(), false),
         by_hand("a.csv", "x,y,z\n0,0.5,1\n1.5;-2 2.5\n# end\n".into(), false),

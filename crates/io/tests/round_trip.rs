@@ -127,15 +127,17 @@ fn oriented_points_come_back_with_their_normals() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("oriented.ply");
     let normals = [[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, -0.5, 0.25]];
-    write_oriented(&path, &TETRAHEDRON, &normals, &[1.0, 0.5, 0.25, 0.0]).unwrap();
+    write_oriented(&path, &TETRAHEDRON, &normals, &[1.0, 0.5, 0.25, 0.0], &[false, false, true, false]).unwrap();
     let set = space(&path);
     assert_eq!(set.points, TETRAHEDRON);
     assert_eq!(set.normals.unwrap(), normals);
+    let outlier = set.attributes.iter().find(|attribute| attribute.name == "outlier").unwrap();
+    assert_eq!(outlier.values, [0.0, 0.0, 1.0, 0.0]);
 
-    write_oriented(&path, &[[1.0, 2.0]], &[[0.0, 1.0]], &[1.0]).unwrap();
+    write_oriented(&path, &[[1.0, 2.0]], &[[0.0, 1.0]], &[1.0], &[false]).unwrap();
     let set = space(&path);
     assert_eq!((set.points, set.normals), (vec![[1.0, 2.0, 0.0]], Some(vec![[0.0, 1.0, 0.0]])));
-    assert!(matches!(write_oriented(&path, &[[1.0, 2.0]], &[], &[1.0]), Err(WriteError::Invalid { .. })));
+    assert!(matches!(write_oriented(&path, &[[1.0, 2.0]], &[], &[1.0], &[false]), Err(WriteError::Invalid { .. })));
 }
 
 #[test]

@@ -25,6 +25,8 @@ const NEAR: f64 = 2.5;
 const WIDEST: usize = 7;
 /// Beyond so many spacings fairness is of second order, which overshoots less than third order.
 const SECOND_ORDER: f64 = 4.0;
+/// Steps of conjugate gradients for a Gauss–Newton step, where cells are as large as spacings.
+const CG_STEPS: f64 = 6.0;
 /// Noise below this share of the spacing is not told from detail.
 const NOISY: f64 = 0.1;
 /// The fit comes as close to the points as so many standard deviations of their noise: closer, it makes handles.
@@ -107,13 +109,14 @@ impl<const D: usize> Refinement<'_, D> {
             smallest_smoothing_length: 0.05 * spacing,
             third_order: Some(SECOND_ORDER * spacing),
             noise: noise.map(|noise| NOISE_LEFT * noise),
+            // The more cells lie between points, the more work it is to bring word from one to the next.
+            cg_steps: (CG_STEPS * (spacing / cell).max(1.0)).ceil() as usize,
             cancel: self.cancel.clone(),
             ..trust_region::LevelOptions::for_spacing::<D>(spacing)
         };
         if self.points.len() < FEW {
-            // So few are held out that their error may turn by chance, their cells are so small beside their spacing that a
-            // step takes more work, and the normals of f̂ are too rough between them.
-            (settings.patience, settings.cg_steps, settings.normal_length) = (4, 24, 0.0);
+            // So few are held out that their error may turn by chance, and the normals of f̂ are too rough between them.
+            (settings.patience, settings.normal_length) = (4, 0.0);
         }
         if let Some(length) = self.smoothing {
             settings.smoothing_length = length.max(first);
