@@ -61,6 +61,24 @@ pub fn check_search<const D: usize>(spline: &HierarchicalSpline<D>, halvings: u3
     Ok(())
 }
 
+/// Refuses a search that would need more memory than allowed, or than is sound.
+pub fn check_memory<const D: usize>(
+    spline: &HierarchicalSpline<D>,
+    halvings: u32,
+    memory: Option<u64>,
+) -> Result<(), Failure> {
+    let need = zeroset::extraction_need(spline, halvings);
+    match zeroset::memory_limit(memory) {
+        Some(limit) if need > limit => Err(Failure::usage(format!(
+            "about {:.1} GiB of memory are needed, but {:.1} may be used: ask for fewer cells with --resolution, or allow more with \
+             --memory",
+            need as f64 / f64::from(1 << 30),
+            limit as f64 / f64::from(1 << 30)
+        ))),
+        _ => Ok(()),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use zeroset::bspline::{KnotVector, Spline};

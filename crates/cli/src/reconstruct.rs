@@ -132,12 +132,13 @@ fn options(arguments: &Reconstruct) -> zeroset::Options {
             Distance::Exact => Method::Exact,
         },
         refine: !arguments.no_refine,
+        memory: arguments.memory,
     }
 }
 
 fn refused(arguments: &Reconstruct, error: ReconstructError) -> Failure {
     match error {
-        ReconstructError::Option(_) => Failure::usage(error),
+        error if error.is_option() => Failure::usage(error),
         error if error.is_input() => Failure::input(format!("{}: {error}", arguments.points.display())),
         error => Failure::internal(format!("{}: {error}", arguments.points.display())),
     }

@@ -49,6 +49,7 @@ mod error;
 mod extraction;
 mod frame;
 mod gap_sites;
+mod memory;
 mod noise;
 mod options;
 mod reconstruct;
@@ -65,6 +66,7 @@ pub use error::{InputError, ReconstructError};
 pub use extraction::{Figures, extract_curve, extract_surface};
 pub use frame::Frame;
 pub use gap_sites::gap_sites;
+pub use memory::{MemoryReport, extraction_need, memory_limit};
 pub use options::{Options, Topology};
 pub use reconstruct::{OrientedPoint, Reconstruction, coarse_cells, reconstruct, reconstruct_watched};
 pub use report::{

@@ -15,9 +15,10 @@ use crate::domain::Domain;
 use crate::error::ReconstructError;
 use crate::frame::Frame;
 use crate::gap_sites::gap_sites;
+use crate::memory::{self, Counts};
 use crate::noise::standard_deviation;
 use crate::options::{Options, Topology};
-use crate::refinement::Refinement;
+use crate::refinement::{self, Refinement};
 use crate::report::{DistanceReport, FrameReport, InputReport, REPORT_VERSION, Report, StageFigures, StageReport};
 use crate::sign::synthesize;
 use crate::sign_field::sign_field;
@@ -47,6 +48,8 @@ pub struct Reconstruction<const D: usize> {
 
 /// Noise above this share of the spacing leaves the topology of surfaces unsure. (Curves have fewer ways to go wrong.)
 const DEEP_NOISE: f64 = 0.75;
+/// The finest lattice of the topology stage, in halvings of the coarsest.
+pub(crate) const FINEST_RUNG: u32 = 2;
 /// Below this share of zero-set edges with data nearby, a warning is given.
 const SUPPORT_EXPECTED: f64 = 0.7;
 
@@ -86,6 +89,14 @@ pub fn reconstruct_watched<const D: usize>(
     let (frame, distinct) = Frame::of(points)?;
     let (heard, spacing) = heard(&distinct);
     let Lattices { domain, halvings, levels } = lattices(&frame, &spacing, options);
+    let band = match options.refine && options.degree == 3 {
+        true => Some(refinement::band(&heard, &spacing, &domain, halvings, levels)?),
+        false => None,
+    };
+    let cell = domain.spacing(halvings);
+    let counts = Counts::of(points.len(), &spacing, &domain, halvings, options, band.as_ref());
+    let memory = counts.within(memory::memory_limit(options.memory))?;
+    let band = band.map(|band| band.shallower(memory.levels));
     let mut road = Road { stages: Vec::new(), watch };
 
     let few = thinned(&heard, spacing.typical).map(|few| (Spacing::of(&few), few));
@@ -97,7 +108,6 @@ pub fn reconstruct_watched<const D: usize>(
 
     let noise = standard_deviation(&f_hat, &heard);
     let nodes = domain.nodes(halvings);
-    let cell = domain.spacing(halvings);
     let smooth = denoised(&f_hat, &heard, spacing.typical);
     let sites = smooth.as_ref().unwrap_or(&heard);
     let noisy = smooth.is_some();
@@ -134,16 +144,12 @@ pub fn reconstruct_watched<const D: usize>(
             ratio,
             domain: &domain,
             halvings,
-            levels,
+            band: band.as_ref(),
             distance: &distance,
             smoothing: options.smoothing.map(|length| length * frame.scale),
             cancel: &watch.cancel,
         };
-        if options.degree == 3 {
-            road.stage("refinement", || settings.on_levels(&initial))?
-        } else {
-            road.stage("dense-refinement", || settings.on_one_lattice(&initial))?
-        }
+        road.stage(if band.is_some() { "refinement" } else { "dense-refinement" }, || settings.run(&initial))?
     } else {
         HierarchicalSpline::new(initial)?
     };
@@ -152,6 +158,7 @@ pub fn reconstruct_watched<const D: usize>(
     let (warning, doubt) = trust::verdict(&trust);
     let mut warnings = warnings(&road.stages);
     warnings.extend(warning);
+    warnings.extend(memory.warning(cell));
     if D == 3 && noise > DEEP_NOISE * spacing.typical {
         warnings.push(format!(
             "the noise (about {:.3e}) is nearly as large as the distance between points ({:.3e}): small handles and specks \
@@ -181,6 +188,7 @@ pub fn reconstruct_watched<const D: usize>(
             cells: domain.cells(halvings).to_vec(),
             cell: cell / frame.scale,
         },
+        memory,
         stages: road.stages,
         trust,
         warnings,
@@ -324,7 +332,7 @@ fn topology<const D: usize>(
     match options.topology {
         Topology::Continuation => {
             let settings = gefm::LadderOptions {
-                last: 1 + halvings.min(2),
+                last: 1 + halvings.min(FINEST_RUNG),
                 cancel: cancel.clone(),
                 ..gefm::LadderOptions::new(spacing.typical, spacing.density)
             };
