@@ -69,12 +69,15 @@ pub fn check_memory<const D: usize>(
 ) -> Result<(), Failure> {
     let need = zeroset::extraction_need(spline, halvings);
     match zeroset::memory_limit(memory) {
-        Some(limit) if need > limit => Err(Failure::usage(format!(
-            "about {:.1} GiB of memory are needed, but {:.1} may be used: ask for fewer cells with --resolution, or allow more with \
-             --memory",
-            need as f64 / f64::from(1 << 30),
-            limit as f64 / f64::from(1 << 30)
-        ))),
+        Some(limit) if need > limit => {
+            let mebibytes = |bytes: u64| bytes >> 20;
+            Err(Failure::usage(format!(
+                "about {} MiB of memory are needed, but {} may be used: ask for fewer cells with --resolution, or allow more with \
+                 --memory",
+                mebibytes(need),
+                mebibytes(limit)
+            )))
+        }
         _ => Ok(()),
     }
 }
