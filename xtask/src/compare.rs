@@ -2,7 +2,7 @@
 
 mod cases;
 mod measures;
-mod process;
+pub(crate) mod process;
 mod row;
 mod summary;
 mod table;
@@ -144,7 +144,7 @@ fn write(output: &Path, heading: &str, pages: &[(&str, String, String)]) -> Resu
 }
 
 /// Builds the release binary and returns its path.
-fn build(root: &Path) -> Result<PathBuf> {
+pub(crate) fn build(root: &Path) -> Result<PathBuf> {
     let mut command = Command::new("cargo");
     command.args(["build", "--quiet", "--release", "--bin", "zeroset", "--message-format=json-render-diagnostics"]);
     let output = command.current_dir(root).stderr(Stdio::inherit()).output().context("cargo could not be started")?;

@@ -1,6 +1,7 @@
-//! Project tasks: `cargo xtask ci`, `cargo xtask compare`, `cargo xtask golden`, `cargo xtask paper`,
+//! Project tasks: `cargo xtask bench`, `cargo xtask ci`, `cargo xtask compare`, `cargo xtask golden`, `cargo xtask paper`,
 //! `cargo xtask sample`.
 
+mod bench;
 mod ci;
 mod compare;
 mod golden;
@@ -23,6 +24,8 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Task {
+    /// Time the whole road and its stages, from 2500 points on; with a table and plots.
+    Bench(bench::Arguments),
     /// Run everything that a change must pass: format, lints, all tests, documentation, golden data.
     Ci,
     /// Run the release binary over folders of cases and write a table of what came out.
@@ -42,6 +45,7 @@ enum Task {
 fn main() -> ExitCode {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let result = match Arguments::parse().task {
+        Task::Bench(arguments) => bench::run(&root, &arguments),
         Task::Ci => ci::run(),
         Task::Compare(arguments) => compare::run(&root, &arguments),
         Task::Golden { regenerate: false } => golden::check(&root),

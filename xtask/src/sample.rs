@@ -11,7 +11,7 @@ use std::path::PathBuf;
 use anyhow::{Context, Result, bail};
 use clap::Args;
 
-use random::Random;
+pub(crate) use random::Random;
 use surface::Surface;
 
 /// More points than this would need gigabytes.

@@ -108,6 +108,12 @@ impl<const D: usize> CellBand<D> {
         Ok(Self { near: Arc::new(near), active })
     }
 
+    /// The band without the levels above the first `depth`: as if no point had wanted them.
+    pub fn shallower(mut self, depth: usize) -> Self {
+        self.active.truncate(depth);
+        self
+    }
+
     /// Number of levels, the dense one not counted.
     pub fn depth(&self) -> usize {
         self.active.len()
@@ -196,6 +202,10 @@ mod tests {
             let (points, levels): (Vec<_>, Vec<_>) = points.into_iter().unzip();
             let band = CellBand::new(&knots(), &points, &levels, [width, width]).unwrap();
             prop_assert_eq!(band.depth(), usize::from(*levels.iter().max().unwrap()));
+            let capped: Vec<u8> = levels.iter().map(|level| (*level).min(2)).collect();
+            let shallow = CellBand::new(&knots(), &points, &capped, [width, width]).unwrap();
+            let cut = band.clone().shallower(2);
+            prop_assert_eq!(shallow.active(), cut.active());
             let mut fine = knots();
             let mut outer: Option<IndexSet<2>> = None;
             for (level, active) in (1u8..).zip(band.active()) {

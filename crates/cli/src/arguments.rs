@@ -95,6 +95,10 @@ pub struct Reconstruct {
     /// How the distance on the lattice is computed
     #[arg(long, value_enum, default_value_t = Distance::ClosestPoint, help_heading = "Fit")]
     pub distance: Distance,
+    /// Memory to use at most: bytes, or with K, M, G or T (powers of 1024). Where more would be needed cells are coarser, with a
+    /// warning [default: 70 % of what is free]
+    #[arg(long, value_name = "SIZE", value_parser = parse_memory, help_heading = "Running")]
+    pub memory: Option<u64>,
     /// Stop at the initial shape: no dynamic reconstruction
     #[arg(long, help_heading = "Fit")]
     pub no_refine: bool,
@@ -146,6 +150,9 @@ pub struct Mesh {
     /// that takes, and at least down to its finest ones. Time and memory grow with the square [default: 96]
     #[arg(long, value_name = "CELLS")]
     pub resolution: Option<usize>,
+    /// Memory to use at most: bytes, or with K, M, G or T (powers of 1024) [default: 70 % of what is free]
+    #[arg(long, value_name = "SIZE", value_parser = parse_memory)]
+    pub memory: Option<u64>,
     /// Extract f = VALUE in place of f = 0, in the unit of the points: positive values lie outside, negative inside. Near the surface
     /// f is close to the distance from it, so that small values give offset surfaces; farther away it is not a distance
     #[arg(long, value_name = "VALUE", default_value_t = 0.0, allow_negative_numbers = true)]
@@ -220,6 +227,25 @@ fn parse_direction(text: &str) -> Result<[f64; 3], String> {
     direction.ok_or_else(|| "three numbers are needed that are not all zero, such as 1,0.5,1".into())
 }
 
+fn parse_memory(text: &str) -> Result<u64, String> {
+    let text = text.trim();
+    let number = text.trim_end_matches(|c: char| !c.is_ascii_digit());
+    let power = match text[number.len()..].trim_start().to_ascii_uppercase().trim_end_matches('B').trim_end_matches('I')
+    {
+        "" => Some(0),
+        "K" => Some(1),
+        "M" => Some(2),
+        "G" => Some(3),
+        "T" => Some(4),
+        _ => None,
+    };
+    let bytes = power.and_then(|power| number.parse::<f64>().ok().map(|number| number * 1024.0_f64.powi(power)));
+    bytes
+        .filter(|bytes| (1.0..=u64::MAX as f64).contains(bytes))
+        .map(|bytes| bytes as u64)
+        .ok_or_else(|| "a number of bytes is needed, or one with K, M, G or T, such as 800M or 1.5G".into())
+}
+
 fn parse_size(text: &str) -> Result<Size, String> {
     let size = text
         .split_once('x')
@@ -234,4 +260,18 @@ pub struct Info {
     /// The format of the points, whatever the extension; needed for standard input
     #[arg(long, value_name = "EXTENSION", value_parser = format_parser(), hide_possible_values = true)]
     pub format: Option<PointFormat>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_of_memory() {
+        let sizes = ["123456", "800M", "1.5G", "4GiB", "2 kB", "1t"].map(|text| parse_memory(text).unwrap());
+        assert_eq!(sizes, [123_456, 800 << 20, 3 << 29, 4 << 30, 2048, 1 << 40]);
+        for text in ["", "0", "-1G", "G", "1X", "nan", "inf", "1e400", "1G2"] {
+            assert!(parse_memory(text).is_err(), "{text}");
+        }
+    }
 }

@@ -61,6 +61,27 @@ pub fn check_search<const D: usize>(spline: &HierarchicalSpline<D>, halvings: u3
     Ok(())
 }
 
+/// Refuses a search that would need more memory than allowed, or than is sound.
+pub fn check_memory<const D: usize>(
+    spline: &HierarchicalSpline<D>,
+    halvings: u32,
+    memory: Option<u64>,
+) -> Result<(), Failure> {
+    let need = zeroset::extraction_need(spline, halvings);
+    match zeroset::memory_limit(memory) {
+        Some(limit) if need > limit => {
+            let mebibytes = |bytes: u64| bytes >> 20;
+            Err(Failure::usage(format!(
+                "about {} MiB of memory are needed, but {} may be used: ask for fewer cells with --resolution, or allow more with \
+                 --memory",
+                mebibytes(need),
+                mebibytes(limit)
+            )))
+        }
+        _ => Ok(()),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use zeroset::bspline::{KnotVector, Spline};

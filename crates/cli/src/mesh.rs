@@ -72,6 +72,7 @@ fn function<const D: usize>(
     let f = spline.plus_constant(-arguments.iso).map_err(|error| refused(arguments, error))?;
     let halvings = lattice::halvings(&f, arguments.resolution.unwrap_or(FINE_ENOUGH));
     lattice::check_search(&f, halvings)?;
+    lattice::check_memory(&f, halvings, arguments.memory)?;
     Ok((origin, f, halvings))
 }
 

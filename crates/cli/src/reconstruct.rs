@@ -135,12 +135,13 @@ fn options(arguments: &Reconstruct) -> zeroset::Options {
         },
         open: arguments.open,
         refine: !arguments.no_refine,
+        memory: arguments.memory,
     }
 }
 
 fn refused(arguments: &Reconstruct, error: ReconstructError) -> Failure {
     match error {
-        ReconstructError::Option(_) => Failure::usage(error),
+        error if error.is_option() => Failure::usage(error),
         error if error.is_input() => Failure::input(format!("{}: {error}", arguments.points.display())),
         error => Failure::internal(format!("{}: {error}", arguments.points.display())),
     }

@@ -146,6 +146,11 @@ fn a_saved_curve_is_extracted_and_sampled_again() {
     // Cells are halved, from the spline's own on: there are never fewer than those.
     assert_eq!(coarse, radii(&["--resolution", "2"]));
     assert!(fine.len() > 3 * coarse.len());
+    let mut command = zeroset();
+    command.arg("mesh").arg(path("f.npz")).args(["--memory", "1M"]).arg("-o").arg(path("c.json"));
+    let run = command.assert().code(2);
+    let text = String::from_utf8(run.get_output().stderr.clone()).unwrap();
+    assert!(text.contains("allow more with --memory"), "{text}");
     // Near the curve f is close to the distance: to a tenth of it.
     assert!(radii(&["--iso", "0.05"]).iter().all(|r| (r - 1.05).abs() < 5e-3));
     assert!(radii(&["--iso", "-0.05"]).iter().all(|r| (r - 0.95).abs() < 5e-3));
@@ -264,6 +269,10 @@ fn wrong_usage() {
     run(&["--smooth", "-1"]);
     run(&["--no-such-option"]);
     run(&["--threads", "0"]);
+    run(&["--memory", "much"]);
+    let run = run(&["--memory", "1M"]);
+    let text = String::from_utf8(run.get_output().stderr.clone()).unwrap();
+    assert!(text.contains("only 1 MiB may be used: allow more with --memory"), "{text}");
     assert!(!out.exists());
     zeroset().assert().code(2);
     zeroset().arg("reconstruct").arg(&points).assert().code(2);

@@ -54,6 +54,18 @@ pub enum ReconstructError {
     /// An option is out of range.
     #[error("{0}")]
     Option(String),
+    /// Not even the dense lattice fits into memory.
+    #[error(
+        "{} of memory are needed without any finer level, but only {} may be used: allow more with --memory, ask for fewer cells \
+         with --resolution, or give fewer points",
+        crate::memory::said(*.need), crate::memory::said(*.limit)
+    )]
+    Memory {
+        /// Bytes needed.
+        need: u64,
+        /// Bytes allowed.
+        limit: u64,
+    },
     /// The topology stage failed.
     #[error("topology (section 3): {0}")]
     Topology(#[from] zeroset_gefm::GefmError),
@@ -99,6 +111,11 @@ impl ReconstructError {
     /// Whether the points themselves are the cause, rather than the program or its options.
     pub fn is_input(&self) -> bool {
         matches!(self, Self::Input(_))
+    }
+
+    /// Whether options are the cause: out of range, or more memory needed than allowed.
+    pub fn is_option(&self) -> bool {
+        matches!(self, Self::Option(_) | Self::Memory { .. })
     }
 
     /// Whether the reconstruction was called off.

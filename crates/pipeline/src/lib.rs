@@ -49,6 +49,7 @@ mod domain;
 mod error;
 mod extraction;
 mod frame;
+mod memory;
 mod noise;
 mod options;
 mod reconstruct;
@@ -67,6 +68,7 @@ pub use domain::Domain;
 pub use error::{InputError, ReconstructError};
 pub use extraction::{Figures, extract_curve, extract_surface};
 pub use frame::Frame;
+pub use memory::{MemoryReport, extraction_need, memory_limit};
 pub use options::{Options, Topology};
 pub use reconstruct::{OrientedPoint, Reconstruction, coarse_cells, reconstruct, reconstruct_watched};
 pub use report::{

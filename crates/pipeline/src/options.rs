@@ -24,6 +24,9 @@ pub struct Options {
     pub open: bool,
     /// Whether the initial shape (section 5) is refined by the dynamic reconstruction (section 2.3).
     pub refine: bool,
+    /// Memory that the run may use, bytes. Where more would be needed there are fewer levels, with a warning. `None`: 70 % of what
+    /// is free, or no limit where that is not known.
+    pub memory: Option<u64>,
 }
 
 impl Default for Options {
@@ -36,6 +39,7 @@ impl Default for Options {
             distance: Method::default(),
             open: false,
             refine: true,
+            memory: None,
         }
     }
 }

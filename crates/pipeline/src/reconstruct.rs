@@ -15,9 +15,10 @@ use crate::denoising::denoised;
 use crate::domain::Domain;
 use crate::error::ReconstructError;
 use crate::frame::Frame;
+use crate::memory::{self, Counts};
 use crate::noise::standard_deviation;
 use crate::options::{Options, Topology};
-use crate::refinement::Refinement;
+use crate::refinement::{self, Refinement};
 use crate::report::{DistanceReport, FrameReport, InputReport, REPORT_VERSION, Report, StageFigures, StageReport};
 use crate::sign::synthesize;
 use crate::sign_field::sign_field;
@@ -57,6 +58,8 @@ const DEEP_NOISE: f64 = 0.75;
 const CLEAN: f64 = 0.1;
 /// and the smoothing length from which refinement starts then is at most so many spacings.
 const CLEAN_RATIO: f64 = 0.4;
+/// The finest lattice of the topology stage, in halvings of the coarsest.
+pub(crate) const FINEST_RUNG: u32 = 2;
 /// Below this share of zero-set edges with data nearby, a warning is given.
 const SUPPORT_EXPECTED: f64 = 0.7;
 
@@ -98,6 +101,14 @@ pub fn reconstruct_watched<const D: usize>(
     let mut outliers = isolated(&distinct, &spacing);
     let (heard, spacing) = without(&distinct, &outliers, spacing);
     let Lattices { domain, halvings, levels } = lattices(&frame, &spacing, options);
+    let band = match options.refine && options.degree == 3 {
+        true => Some(refinement::band(&heard, &spacing, &domain, halvings, levels)?),
+        false => None,
+    };
+    let cell = domain.spacing(halvings);
+    let counts = Counts::of(points.len(), &spacing, &domain, halvings, options, band.as_ref());
+    let memory = counts.within(memory::memory_limit(options.memory))?;
+    let band = band.map(|band| band.shallower(memory.levels));
     let mut road = Road { stages: Vec::new(), watch };
 
     let few = thinned(&heard, spacing.typical).map(|few| (Spacing::of(&few), few));
@@ -109,7 +120,6 @@ pub fn reconstruct_watched<const D: usize>(
 
     let noise = standard_deviation(&f_hat, &heard);
     let nodes = domain.nodes(halvings);
-    let cell = domain.spacing(halvings);
     // The referee knows closed surfaces only and may take an open one for noisy: its choice of a long smoothing length is then
     // heard only if neighbouring points differ as noisy ones do.
     let misjudged = options.open && noise < CLEAN * spacing.typical;
@@ -154,16 +164,13 @@ pub fn reconstruct_watched<const D: usize>(
             ratio,
             domain: &domain,
             halvings,
-            levels,
+            band: band.as_ref(),
             distance: &distance,
             smoothing: options.smoothing.map(|length| length * frame.scale),
             cancel: &watch.cancel,
         };
-        let spline = if options.degree == 3 {
-            road.stage("refinement", || settings.on_levels(&initial))?
-        } else {
-            road.stage("dense-refinement", || settings.on_one_lattice(&initial))?
-        };
+        let spline =
+            road.stage(if band.is_some() { "refinement" } else { "dense-refinement" }, || settings.run(&initial))?;
         (spline, Some(initial))
     } else {
         (HierarchicalSpline::new(initial)?, None)
@@ -173,6 +180,7 @@ pub fn reconstruct_watched<const D: usize>(
     let (warning, doubt) = trust::verdict(&trust, options.open);
     let mut warnings = warnings(&road.stages, options.open);
     warnings.extend(warning);
+    warnings.extend(memory.warning(cell));
     if D == 3 && noise > DEEP_NOISE * spacing.typical {
         warnings.push(format!(
             "the noise (about {:.3e}) is nearly as large as the distance between points ({:.3e}): small handles and specks \
@@ -202,6 +210,7 @@ pub fn reconstruct_watched<const D: usize>(
             cells: domain.cells(halvings).to_vec(),
             cell: cell / frame.scale,
         },
+        memory,
         stages: road.stages,
         trust,
         warnings,
@@ -369,7 +378,7 @@ fn topology<const D: usize>(
     match options.topology {
         Topology::Continuation => {
             let settings = gefm::LadderOptions {
-                last: 1 + halvings.min(2),
+                last: 1 + halvings.min(FINEST_RUNG),
                 cancel: cancel.clone(),
                 ..gefm::LadderOptions::new(spacing.typical, spacing.density)
             };

@@ -50,8 +50,8 @@ pub struct Refinement<'a, const D: usize> {
     pub domain: &'a Domain<D>,
     /// From the coarsest lattice to that of the initial shape.
     pub halvings: u32,
-    /// Levels above that lattice at the typical spacing, if that is not for the spacing to say.
-    pub levels: Option<u32>,
+    /// The levels above that lattice; without them degree is not 3, and refinement is on one lattice.
+    pub band: Option<&'a CellBand<D>>,
     /// d on the nodes of the initial shape's lattice.
     pub distance: &'a ArrayD<f64>,
     /// The smoothing length that is wanted, if not what the data suggest.
@@ -85,22 +85,42 @@ fn normals<const D: usize>(f_hat: &Spline<D>, points: &[[f64; D]]) -> Vec<[f64; 
     gradients.iter().map(normal).collect()
 }
 
+/// The levels above the dense lattice, finer where the points are denser; `levels` is how many there are at the typical spacing,
+/// if that is not for the spacing to say.
+pub fn band<const D: usize>(
+    points: &[[f64; D]],
+    spacing: &Spacing,
+    domain: &Domain<D>,
+    halvings: u32,
+    levels: Option<u32>,
+) -> Result<CellBand<D>, ReconstructError> {
+    let cell = domain.spacing(halvings);
+    let (finest, share) = match levels {
+        Some(levels) => (levels as u8, cell / f64::from(1u32 << levels) / spacing.typical),
+        None => (MOST_LEVELS, FINEST_CELL),
+    };
+    let sides: Vec<f64> = spacing.local.iter().map(|s| share * s).collect();
+    let mut levels = levels_for_spacing(cell, &sides, finest);
+    let finest = worthwhile(&levels);
+    levels.iter_mut().for_each(|level| *level = (*level).min(finest));
+    let near = ((NEAR * spacing.typical / cell).ceil() as usize).clamp(BAND, WIDEST);
+    Ok(CellBand::new(&domain.knots(3, halvings)?, points, &levels, [near, BAND])?)
+}
+
 type Refined<const D: usize> = Result<(HierarchicalSpline<D>, StageFigures), ReconstructError>;
 
 impl<const D: usize> Refinement<'_, D> {
-    /// Level by level, finer where the points are denser. For cubics.
-    pub fn on_levels(&self, initial: &Spline<D>) -> Refined<D> {
+    /// Level by level where there is a band, otherwise as the paper does it.
+    pub fn run(&self, initial: &Spline<D>) -> Refined<D> {
+        match self.band {
+            Some(band) => self.on_levels(initial, band),
+            None => self.on_one_lattice(initial),
+        }
+    }
+
+    /// Level by level. For cubics.
+    fn on_levels(&self, initial: &Spline<D>, band: &CellBand<D>) -> Refined<D> {
         let (spacing, cell) = (self.spacing.typical, self.domain.spacing(self.halvings));
-        let (finest, share) = match self.levels {
-            Some(levels) => (levels as u8, cell / f64::from(1u32 << levels) / spacing),
-            None => (MOST_LEVELS, FINEST_CELL),
-        };
-        let sides: Vec<f64> = self.spacing.local.iter().map(|s| share * s).collect();
-        let mut levels = levels_for_spacing(cell, &sides, finest);
-        let finest = worthwhile(&levels);
-        levels.iter_mut().for_each(|level| *level = (*level).min(finest));
-        let near = ((NEAR * spacing / cell).ceil() as usize).clamp(BAND, WIDEST);
-        let band = CellBand::new(initial.knots(), self.points, &levels, [near, BAND])?;
         let noise = (self.noise > NOISY * spacing).then_some(self.noise);
         let first =
             (FIRST_LENGTH * self.ratio * spacing).max(0.5 * cell).max(FIRST_LENGTH_NOISE * noise.unwrap_or(0.0));
@@ -129,14 +149,14 @@ impl<const D: usize> Refinement<'_, D> {
             Some(&self.spacing.areas),
             Some(&normals),
             initial,
-            &band,
+            band,
             &settings,
         )?;
         Ok((spline, StageFigures::Refinement(report)))
     }
 
     /// On the lattice of the initial shape, as the paper does it. For any degree.
-    pub fn on_one_lattice(&self, initial: &Spline<D>) -> Refined<D> {
+    fn on_one_lattice(&self, initial: &Spline<D>) -> Refined<D> {
         let (spacing, cell) = (self.spacing.typical, self.domain.spacing(self.halvings));
         let mut settings = trust_region::Options::for_spacing::<D>(spacing);
         // A lattice coarser than the data cannot follow detail below its cells.

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use crate::extraction::Figures;
+use crate::memory::MemoryReport;
 use crate::sign::SignReport;
 
 /// Version of the report's schema.
@@ -17,6 +18,8 @@ pub struct Report {
     pub input: InputReport,
     /// How data and frame coordinates are related.
     pub frame: FrameReport,
+    /// Memory allowed and needed.
+    pub memory: MemoryReport,
     /// The stages in the order in which they ran.
     pub stages: Vec<StageReport>,
     /// How far the sides can be trusted.

@@ -1,0 +1,233 @@
+//! How much memory a reconstruction needs, told before it is taken.
+//!
+//! The counts that decide are cheap: points, coefficients of the dense lattice, active functions of every level (patterns of
+//! bits, a thousandth of the coefficients' own memory) and the cells that the surface crosses. The bytes behind each are
+//! those of the arrays that live at the same time, rounded up to what was measured; see the constants.
+
+use serde::Serialize;
+use sysinfo::{MemoryRefreshKind, System};
+use zeroset_bspline::{CellBand, HierarchicalSpline};
+
+use crate::domain::Domain;
+use crate::error::ReconstructError;
+use crate::options::Options;
+use crate::reconstruct::FINEST_RUNG;
+use crate::spacing::Spacing;
+use crate::thinning::ENOUGH;
+
+/// Share of the free memory that a run may use unless told otherwise.
+const SHARE: f64 = 0.7;
+
+// Bytes, from the largest resident memory of the program (two threads) on spheres of 2500 to 640 000 random points, 16 to 2048
+// cells along the longest side, 40 MB to 7.7 GB: the model is within a quarter of all of them.
+
+/// The program itself, its threads' stacks, and buffers that the matrix library keeps.
+const PROGRAM: f64 = 20e6;
+/// Per point: the points with their spacing (100), and on the level that is being refined their places, normals, rows of the
+/// collocation, and residuals and gradients of the function before, after and at its best (430).
+const POINT: f64 = 530.0;
+/// Per point of the topology stage, which thins them: winding numbers, and the rows of its finest lattice.
+const LADDER_POINT: f64 = 2200.0;
+/// Per coefficient of the topology stage's finest lattice: vectors of conjugate gradients and of eigenvectors.
+const LADDER: f64 = 190.0;
+/// Per coefficient of the dense lattice: distance, sign, φ, and the vectors of the least squares.
+const DENSE: f64 = 110.0;
+/// Per coefficient of the dense lattice that is refined as a whole.
+const DENSE_REFINED: f64 = 380.0;
+/// Per coefficient of the dense lattice, for what is kept of it while levels are refined.
+const DENSE_KEPT: f64 = 30.0;
+/// Per active function of the level that is being refined: some twenty vectors of the solver and of states, and fields in
+/// blocks on all functions that act on the level's cells, two to three times as many.
+const ACTIVE: f64 = 450.0;
+/// Per active function of the levels above it: corrections, and the function's own field.
+const KEPT: f64 = 50.0;
+/// Per cell that the zero set crosses: candidates around it with their values, a vertex, two triangles, and their topology.
+const CROSSED: f64 = 400.0;
+/// Cells that a surface or curve of extent A crosses, in `A / h^(D−1)`: the mean over all directions of a plane's normal of
+/// the sum of its components is 3/2, of a line's 4/π.
+const CUT: f64 = 1.5;
+
+/// Memory allowed and memory needed, bytes.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct MemoryReport {
+    /// What the run may use: as asked for, or 70 % of what was free; `None` where that is not known.
+    pub limit: Option<u64>,
+    /// What it needs, as estimated before it began.
+    pub need: u64,
+    /// Levels above the dense lattice that it may use.
+    pub levels: usize,
+    /// What it would need with all levels that were wanted.
+    pub wanted_need: u64,
+    /// Levels above the dense lattice that were wanted.
+    pub wanted_levels: usize,
+}
+
+/// What memory is needed for.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Counts {
+    /// Points given.
+    pub points: usize,
+    /// Coefficients of the topology stage's finest lattice.
+    pub ladder: f64,
+    /// Coefficients of the dense lattice.
+    pub dense: f64,
+    /// Whether the dense lattice is refined as a whole.
+    pub dense_refined: bool,
+    /// Active functions of the dense lattice near the points, then of every level above it; none without refinement on levels.
+    pub active: Vec<usize>,
+    /// Cells of the dense lattice that the zero set crosses.
+    pub crossed: f64,
+    /// By how much these grow when cells are halved.
+    pub growth: f64,
+}
+
+impl Counts {
+    /// Of `points` points with a spacing, on the dense lattice of a domain after `halvings`, with its band if there is one.
+    pub fn of<const D: usize>(
+        points: usize,
+        spacing: &Spacing,
+        domain: &Domain<D>,
+        halvings: u32,
+        options: &Options,
+        band: Option<&CellBand<D>>,
+    ) -> Self {
+        let face = |side: f64| side.powi(D as i32 - 1);
+        let extent: f64 = spacing.local.iter().map(|s| face(*s)).sum();
+        let active = |band: &CellBand<D>| {
+            std::iter::once(band.near().len()).chain(band.active().iter().map(|level| level.len())).collect()
+        };
+        let coefficients =
+            |halvings| domain.cells(halvings).into_iter().map(|n| (n + options.degree) as f64).product::<f64>();
+        Self {
+            points,
+            ladder: coefficients(halvings.min(FINEST_RUNG)),
+            dense: coefficients(halvings),
+            dense_refined: options.refine && band.is_none(),
+            active: band.map_or(vec![], active),
+            crossed: CUT * extent / face(domain.spacing(halvings)),
+            growth: face(2.0),
+        }
+    }
+
+    /// Bytes needed with so many levels above the dense lattice: those of the stage that needs most.
+    fn need(&self, levels: usize) -> u64 {
+        let used = &self.active[..self.active.len().min(levels + 1)];
+        let kept = |count: usize| DENSE_KEPT * self.dense + KEPT * used[..count].iter().sum::<usize>() as f64;
+        let ladder = LADDER * self.ladder + LADDER_POINT * self.points.min(2 * ENOUGH) as f64;
+        let dense = self.dense * if self.dense_refined { DENSE_REFINED } else { DENSE };
+        let extraction = kept(used.len()) + CROSSED * self.crossed * self.growth.powi(levels as i32);
+        let refinement = (0..used.len()).map(|level| kept(level) + ACTIVE * used[level] as f64);
+        (PROGRAM + POINT * self.points as f64 + refinement.fold(ladder.max(dense).max(extraction), f64::max)) as u64
+    }
+
+    /// As many levels as fit.
+    ///
+    /// # Errors
+    /// If not even the dense lattice does.
+    pub fn within(&self, limit: Option<u64>) -> Result<MemoryReport, ReconstructError> {
+        let wanted_levels = self.active.len().saturating_sub(1);
+        let fits = |levels: &usize| limit.is_none_or(|limit| self.need(*levels) <= limit);
+        match (0..=wanted_levels).rev().find(fits) {
+            Some(levels) => Ok(MemoryReport {
+                limit,
+                need: self.need(levels),
+                levels,
+                wanted_need: self.need(wanted_levels),
+                wanted_levels,
+            }),
+            None => Err(ReconstructError::Memory { need: self.need(0), limit: limit.unwrap_or(u64::MAX) }),
+        }
+    }
+}
+
+impl MemoryReport {
+    /// What to tell about it, if levels were left out; `cell` is the side of the dense lattice's cells, frame units.
+    pub(crate) fn warning(&self, cell: f64) -> Option<String> {
+        let cells = |levels: usize| (2.0_f64.powi(levels as i32) / cell).round();
+        (self.levels < self.wanted_levels).then(|| {
+            format!(
+                "cells are coarser than wanted: up to {} along the longest side in place of {}, which needs about {} of memory \
+                 where {} may be used (--memory)",
+                cells(self.levels),
+                cells(self.wanted_levels),
+                said(self.wanted_need),
+                said(self.limit.unwrap_or(u64::MAX))
+            )
+        })
+    }
+}
+
+/// The limit for a run, bytes: what was asked for, or 70 % of the memory that is free, in the machine or in the group of processes
+/// that this one is limited with (Linux control groups). `None` where the system does not tell.
+pub fn memory_limit(wanted: Option<u64>) -> Option<u64> {
+    let free = || {
+        let mut system = System::new();
+        system.refresh_memory_specifics(MemoryRefreshKind::nothing().with_ram());
+        let machine = Some(system.available_memory()).filter(|free| *free > 0)?;
+        Some(system.cgroup_limits().map_or(machine, |group| group.free_memory.min(machine)))
+    };
+    wanted.or_else(|| free().map(|free| (SHARE * free as f64) as u64))
+}
+
+/// Bytes needed to extract the zero set of a function on the cells of its dense lattice halved so often, as estimated from its
+/// bounds.
+pub fn extraction_need<const D: usize>(spline: &HierarchicalSpline<D>, halvings: u32) -> u64 {
+    // Bounds keep more cells than the zero set crosses, which is on the safe side.
+    let leaves = spline.leaf_cells(|leaf| leaf.lower < 0.0 && leaf.upper >= 0.0);
+    let parts = |level: usize| 2.0_f64.powi((D as i32 - 1) * (halvings as i32 - level as i32).max(0));
+    let crossed: f64 = leaves.iter().map(|leaf| parts(leaf.level)).sum();
+    (PROGRAM + CROSSED * crossed) as u64
+}
+
+/// Bytes in words.
+pub(crate) fn said(bytes: u64) -> String {
+    if bytes >= 1 << 30 {
+        format!("{:.1} GiB", bytes as f64 / f64::from(1 << 30))
+    } else {
+        format!("{:.0} MiB", bytes as f64 / f64::from(1 << 20))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn counts() -> Counts {
+        let active = vec![70_000, 280_000, 1_100_000, 4_400_000];
+        let (dense, crossed) = (571_787.0, 77_000.0);
+        Counts { points: 160_000, ladder: dense, dense, dense_refined: false, active, crossed, growth: 4.0 }
+    }
+
+    #[test]
+    fn as_many_levels_as_fit() {
+        let counts = counts();
+        let all = counts.within(None).unwrap();
+        assert_eq!((all.levels, all.wanted_levels, all.need), (3, 3, all.wanted_need));
+        assert!(all.warning(1.0 / 64.0).is_none());
+        for levels in 0..3 {
+            // The dense lattice needs more than the first levels do.
+            let exact = counts.within(Some(counts.need(levels))).unwrap();
+            assert!(exact.levels >= levels && exact.need <= counts.need(levels), "{exact:?}");
+        }
+        let one_less = counts.within(Some(counts.need(3) - 1)).unwrap();
+        assert_eq!((one_less.levels, one_less.wanted_need), (2, all.need));
+        let warning = one_less.warning(1.0 / 64.0).unwrap();
+        assert!(warning.contains("up to 256 along") && warning.contains("in place of 512"), "{warning}");
+        let error = counts.within(Some(1 << 20)).unwrap_err();
+        assert!(error.is_option() && error.to_string().contains("only 1 MiB may be used"), "{error}");
+    }
+
+    #[test]
+    fn a_lattice_refined_as_a_whole_needs_more() {
+        let one = Counts { active: vec![], dense_refined: true, ..counts() };
+        assert!(one.need(0) > Counts { dense_refined: false, ..one.clone() }.need(0));
+        assert_eq!(one.within(None).unwrap().wanted_levels, 0);
+    }
+
+    #[test]
+    fn the_limit_is_what_was_asked_for_or_part_of_what_is_free() {
+        assert_eq!(memory_limit(Some(5)), Some(5));
+        // A system that tells nothing has no limit.
+        assert!(memory_limit(None).is_none_or(|limit| limit > 1 << 20));
+    }
+}

@@ -1,0 +1,70 @@
+//! A cloud that is a hundred times denser in one part gets finer cells there.
+
+use std::f64::consts::TAU;
+
+use zeroset::{Options, extract_surface, reconstruct};
+
+/// The dense part is where z is above this: 3 % of the sphere.
+const CAP: f64 = 0.94;
+/// Height and waves of the ripples on the cap: detail that only the dense part shows.
+const RIPPLE: f64 = 0.004;
+const WAVES: f64 = 50.0;
+
+/// Points of a spiral over the part of a sphere between two heights, even by area (golden-ratio lattice).
+fn zone(count: usize, from: f64, to: f64) -> impl Iterator<Item = [f64; 3]> {
+    (0..count).map(move |i| {
+        let z = from + (to - from) * (i as f64 + 0.5) / count as f64;
+        let angle = TAU * (i as f64 * 0.618_033_988_749_895).fract();
+        // Ripples that begin without a kink.
+        let rise = ((z - CAP) / (1.0 - CAP)).max(0.0);
+        let radius = 1.0 + RIPPLE * rise * rise * (1.0 - (WAVES * (1.0 - z * z).sqrt()).cos());
+        let ring = (1.0 - z * z).sqrt();
+        [radius * ring * angle.cos(), radius * ring * angle.sin(), radius * z]
+    })
+}
+
+#[test]
+fn cells_are_finer_where_points_are_denser() {
+    let (few, dense) = (3000.0, (1.0 - CAP) / (1.0 + CAP));
+    let points: Vec<_> = zone(few as usize, -1.0, CAP).chain(zone((100.0 * few * dense) as usize, CAP, 1.0)).collect();
+    let mut result = reconstruct(&points, &Options::default()).unwrap();
+    let (mesh, topology) = extract_surface(&mut result).unwrap();
+    assert!(topology.closed && topology.components == 1 && topology.genus == 0, "{topology:?}");
+
+    // Away from the rim by three sparse spacings, where the bands of both parts meet.
+    let rim = 3.0 * (2.0 * TAU / few).sqrt();
+    let part = |z: f64| [z > CAP + 0.01, z < CAP - rim].iter().position(|is| *is);
+    let leaves = result.spline.leaf_cells(|leaf| leaf.lower < 0.0 && leaf.upper >= 0.0);
+    let coarse = result.domain.spacing(result.halvings);
+    let mut sides = [(0.0, 0.0); 2];
+    for leaf in &leaves {
+        let side = coarse / f64::from(1u32 << leaf.level);
+        let z = result.domain.lower[2] + (f64::from(leaf.index[2]) + 0.5) * side;
+        if let Some(part) = part(result.frame.to_data(&[0.0, 0.0, z])[2]) {
+            // By area.
+            sides[part].0 += side.powi(3);
+            sides[part].1 += side.powi(2);
+        }
+    }
+    let [dense_side, sparse_side] = sides.map(|(sum, weight)| sum / weight);
+    let mut edges = [(0.0, 0.0); 2];
+    for triangle in &mesh.triangles {
+        let corners = triangle.map(|v| mesh.vertices[v as usize]);
+        if let Some(part) = part(corners[0][2]) {
+            for k in 0..3 {
+                let (a, b) = (corners[k], corners[(k + 1) % 3]);
+                edges[part].0 += (0..3).map(|axis| (a[axis] - b[axis]).powi(2)).sum::<f64>().sqrt();
+                edges[part].1 += 1.0;
+            }
+        }
+    }
+    // The zero set is extracted on cells of one size, the finest: triangles are as small elsewhere as where points are dense.
+    let [dense_edge, sparse_edge] = edges.map(|(sum, count)| sum / count);
+    println!("{} points", points.len());
+    println!("cells {dense_side:.5} where dense, {sparse_side:.5} elsewhere: {:.1} : 1", sparse_side / dense_side);
+    println!("edges {dense_edge:.5} where dense, {sparse_edge:.5} elsewhere: {:.1} : 1", sparse_edge / dense_edge);
+    println!("{:?}", result.report.warnings);
+    assert!(dense_edge < 2.0 * dense_side, "{dense_edge} {dense_side}");
+    // The spacings are as 10 : 1; cells are halved, and never coarser than the dense lattice's.
+    assert!(sparse_side > 3.0 * dense_side, "{sparse_side} {dense_side}");
+}

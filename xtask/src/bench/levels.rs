@@ -1,0 +1,49 @@
+//! Unknowns and time per level, against the size of the cells.
+
+use std::ffi::OsStr;
+
+use anyhow::Result;
+
+use super::plot::{Panel, Series};
+use super::run::{Level, Program};
+use super::torus;
+
+/// Seed of the points.
+const SEED: u64 = 2;
+/// Every level is refined down to this smoothing length, in its cells: the same work per unknown.
+const LENGTH: f64 = 0.3;
+
+/// One run down to the finest cells, with all levels: a fixed smoothing length holds out no points, so that no level is left
+/// out for bringing too little.
+pub fn rows(program: &Program, points: usize, cells: u32) -> Result<Vec<Level>> {
+    let input = program.work.join(format!("levels-{points}.ply"));
+    let points = torus::points(points, SEED);
+    zeroset_io::write_points(&input, &points)?;
+    let side = (0..3).map(|axis| {
+        let along = || points.iter().map(move |p| p[axis]);
+        along().fold(f64::NEG_INFINITY, f64::max) - along().fold(f64::INFINITY, f64::min)
+    });
+    let length = LENGTH * side.fold(0.0, f64::max) / f64::from(cells);
+    let options = ["--resolution".to_owned(), cells.to_string(), "--smooth".to_owned(), length.to_string()];
+    Ok(program.reconstruct(&input, &options.each_ref().map(OsStr::new))?.levels)
+}
+
+/// Unknowns and seconds against the cells along the longest side.
+pub fn plot(levels: &[Level]) -> String {
+    let panel = |title: &str, vertical: &str, cost: fn(&Level) -> f64| {
+        let places: Vec<_> = levels.iter().map(|level| (level.cells, cost(level))).collect();
+        let logs: Vec<_> = places.iter().map(|(x, y)| (x.log2(), y.log2())).collect();
+        let factor = super::sizes::slope(&logs).map_or_else(String::new, |s| format!("× {:.2} per halving", s.exp2()));
+        let series = vec![Series { name: factor, colour: "#1f4e9e", places }];
+        Panel {
+            title: title.into(),
+            horizontal: "cells along the longest side".into(),
+            vertical: vertical.into(),
+            series,
+        }
+    };
+    super::plot::panels(&[
+        panel("active functions", "count", |level| level.active),
+        panel("time on the level", "seconds", |level| level.seconds),
+    ])
+}

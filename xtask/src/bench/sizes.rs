@@ -1,0 +1,88 @@
+//! Cost against the number of points.
+
+use anyhow::Result;
+
+use super::meshlab::MeshLab;
+use super::plot::{Panel, Series};
+use super::run::{Figures, Program};
+use super::torus;
+use crate::compare::process::Usage;
+
+/// Seed of the points.
+const SEED: u64 = 1;
+/// Exponents are fitted from so many points on: below, the dense lattice costs most.
+const FITTED: usize = 10_000;
+
+/// One size.
+pub struct Row {
+    pub points: usize,
+    pub figures: Figures,
+    /// MeshLab on the same points.
+    pub meshlab: Option<Usage>,
+}
+
+/// Times all sizes with default settings.
+pub fn rows(program: &Program, sizes: &[usize], meshlab: Option<&MeshLab>) -> Result<Vec<Row>> {
+    let mut rows = Vec::with_capacity(sizes.len());
+    for &points in sizes {
+        let input = program.work.join(format!("torus-{points}.ply"));
+        zeroset_io::write_points(&input, &torus::points(points, SEED))?;
+        let meshlab = meshlab.and_then(|meshlab| meshlab.time(program, &input));
+        rows.push(Row { points, figures: program.reconstruct(&input, &[])?, meshlab });
+    }
+    Ok(rows)
+}
+
+/// The exponent of a cost against the number of points, by least squares of the logarithms; `None` with fewer than two sizes.
+pub fn exponent(rows: &[Row], cost: impl Fn(&Row) -> f64) -> Option<f64> {
+    let logs = rows.iter().filter(|row| row.points >= FITTED).map(|row| ((row.points as f64).ln(), cost(row).ln()));
+    slope(&logs.collect::<Vec<_>>())
+}
+
+/// The slope of the line that fits points best.
+pub fn slope(places: &[(f64, f64)]) -> Option<f64> {
+    let count = places.len() as f64;
+    let (x, y) = places.iter().fold((0.0, 0.0), |(x, y), place| (x + place.0 / count, y + place.1 / count));
+    let (square, product) = places
+        .iter()
+        .fold((0.0, 0.0), |(square, product), p| (square + (p.0 - x).powi(2), product + (p.0 - x) * (p.1 - y)));
+    (square > 0.0).then(|| product / square)
+}
+
+/// CPU time and memory against points.
+pub fn plot(rows: &[Row]) -> String {
+    let panel = |title: &str, vertical: &str, cost: &dyn Fn(&Row) -> f64| {
+        let exponent = exponent(rows, cost).map_or_else(String::new, |e| format!(", exponent {e:.2}"));
+        let mut series = vec![Series {
+            name: format!("zeroset{exponent}"),
+            colour: "#1f4e9e",
+            places: rows.iter().map(|row| (row.points as f64, cost(row))).collect(),
+        }];
+        let other = |row: &Row| {
+            let usage = row.meshlab?;
+            Some((row.points as f64, if vertical == "seconds" { usage.cpu? } else { usage.peak? }))
+        };
+        let others: Vec<_> = rows.iter().filter_map(other).collect();
+        if !others.is_empty() {
+            series.push(Series { name: "MeshLab".into(), colour: "#c7261f", places: others });
+        }
+        Panel { title: title.into(), horizontal: "points".into(), vertical: vertical.into(), series }
+    };
+    super::plot::panels(&[
+        panel("CPU time", "seconds", &|row| row.figures.usage.cpu.unwrap_or(f64::NAN)),
+        panel("largest memory", "MB", &|row| row.figures.usage.peak.unwrap_or(f64::NAN)),
+    ])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::slope;
+
+    #[test]
+    fn slopes_of_lines() {
+        let line: Vec<(f64, f64)> = (0..5).map(f64::from).map(|x| (x, 1.1 * x - 3.0)).collect();
+        // Exact up to rounding.
+        assert!((slope(&line).unwrap() - 1.1).abs() < 1e-12);
+        assert!(slope(&line[..1]).is_none() && slope(&[]).is_none());
+    }
+}
