@@ -1,0 +1,6 @@
+//! The whole road on the fixtures and on shapes with a known answer. One binary, since each costs a minute to build.
+
+mod density;
+mod fixtures;
+mod invariance;
+mod open_surfaces;
