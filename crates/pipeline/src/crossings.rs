@@ -14,7 +14,8 @@ use crate::spacing::distances_to;
 
 /// A point nearer than so many spacings (or cells, if those are larger) makes a site of its own needless.
 const NEAR: f64 = 0.3;
-/// A point farther than so many spacings there (or cells, if those are larger), or standard deviations of the noise, is off.
+/// A point farther than so many spacings there (or cells, or smoothing lengths of f̂, if those are larger), or standard
+/// deviations of the noise, is off.
 const OFF: f64 = 1.0;
 const OFF_NOISE: f64 = 5.0;
 /// If more points than this share are off, it is the surface that is missing.
@@ -55,19 +56,19 @@ pub fn gaps<const D: usize>(crossings: &[[f64; D]], points: &[[f64; D]], scale: 
     crossings.iter().filter(|site| square(*site) > (NEAR * scale).powi(2)).copied().collect()
 }
 
-/// Which points are far from all crossings, given their `local` spacing and the standard deviation of their noise. None, if
-/// they were so many that the surface must be wrong.
+/// Which points are far from all crossings, given their `local` spacing, the `detail` that the crossings can show (cells and
+/// smoothing length), and the standard deviation of their noise. None, if they were so many that the surface must be wrong.
 pub fn off_the_surface<const D: usize>(
     crossings: &[[f64; D]],
     points: &[[f64; D]],
     local: &[f64],
-    cell: f64,
+    detail: f64,
     noise: f64,
 ) -> Vec<bool> {
     if crossings.is_empty() {
         return vec![false; points.len()];
     }
-    let reach = |local: f64| (OFF * local.max(cell)).max(OFF_NOISE * noise);
+    let reach = |local: f64| (OFF * local.max(detail)).max(OFF_NOISE * noise);
     let off: Vec<bool> = distances_to(crossings, points).iter().zip(local).map(|(d, s)| *d > reach(*s)).collect();
     let count = off.iter().filter(|off| **off).count();
     if count as f64 > MOST_OFF * points.len() as f64 { vec![false; points.len()] } else { off }

@@ -19,7 +19,7 @@ use crate::thinning::ENOUGH;
 const SHARE: f64 = 0.7;
 
 // Bytes, from the largest resident memory of the program (two threads) on spheres of 2500 to 640 000 random points, 16 to 2048
-// cells along the longest side, 40 MB to 7.7 GB: the model is within a quarter of all of them.
+// cells along the longest side, 40 MB to 7.7 GB: the model is mostly within a quarter of them.
 
 /// The program itself, its threads' stacks, and buffers that the matrix library keeps.
 const PROGRAM: f64 = 20e6;

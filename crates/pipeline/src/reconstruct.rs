@@ -123,6 +123,7 @@ pub fn reconstruct_watched<const D: usize>(
     // The referee knows closed surfaces only and may take an open one for noisy: its choice of a long smoothing length is then
     // heard only if neighbouring points differ as noisy ones do.
     let misjudged = options.open && noise < CLEAN * spacing.typical;
+    let smoothed = ratio * spacing.typical;
     let ratio = if misjudged { ratio.min(CLEAN_RATIO) } else { ratio };
     let smooth = if misjudged { None } else { denoised(&f_hat, &heard, spacing.typical) };
     let sites = smooth.as_ref().unwrap_or(&heard);
@@ -135,7 +136,7 @@ pub fn reconstruct_watched<const D: usize>(
         let field = sign_field(&f_hat, few, few_spacing, &domain, halvings, &distance, calibration)?;
         let (mut phi, report) = synthesize(&field, &distance, reach);
         let crossings = crossings(&field.value, &phi, &nodes);
-        let off = off_the_surface(&crossings, &heard, &spacing.local, cell, noise);
+        let off = off_the_surface(&crossings, &heard, &spacing.local, cell.max(smoothed), noise);
         let sites = kept(sites, &off);
         let gaps = gaps(&crossings, &sites, cell.max(spacing.typical));
         if !gaps.is_empty() || sites.len() < heard.len() {
