@@ -58,7 +58,7 @@ impl Default for LevelOptions {
             noise: None,
             patience: 2,
             steps: 8,
-            cg_steps: 6,
+            cg_steps: 12,
             cg_tolerance: 1e-3,
             holdout: 0.05,
             seed: 0,
