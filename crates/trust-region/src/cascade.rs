@@ -29,8 +29,12 @@ const TRIED: f64 = 1.0 + 1e-9;
 /// Where a level's best step has led.
 #[derive(Debug, Clone)]
 pub(crate) struct Found {
-    pub(crate) smoothing_length: f64,
-    pub(crate) corrections: Vec<f64>,
+    smoothing_length: f64,
+    corrections: Vec<f64>,
+    /// Of the function up to this level.
+    energy: f64,
+    /// Points that lie in the level's cells.
+    points: usize,
 }
 
 /// What decides the steps.
@@ -38,7 +42,8 @@ pub(crate) struct Found {
 pub(crate) enum Guidance<'a> {
     /// The points that are held out; without such points all steps are done.
     HeldOut,
-    /// What was found before, with other points: every level starts there, and does one step. There are no more levels.
+    /// What was found before, with some points held out: a level starts there and does one step, unless all points lie in the
+    /// next one's cells too, whose corrections belong to this level as it is. There are no more levels.
     Found(&'a [Found]),
 }
 
@@ -106,50 +111,69 @@ impl<'a, const D: usize> Cascade<'a, D> {
         band: &CellBand<D>,
         guidance: Guidance,
     ) -> Result<Refined<D>, LevelError> {
-        let given = |number: usize| match guidance {
-            Guidance::HeldOut => Some(None),
-            Guidance::Found(found) => found.get(number).map(Some),
-        };
-        let (mut found, mut levels) = (Vec::new(), Vec::new());
-        let Some(start) = given(0) else {
-            return Ok(Refined { spline: HierarchicalSpline::new(dense.clone())?, found, levels });
-        };
-        let near = Level::of_dense(dense, Arc::clone(band.near()))?;
-        let (corrections, summary) = self.refine(&near, 0, start, band.depth() > 0);
-        let mut spline = HierarchicalSpline::new(near.corrected(dense, &corrections)?)?;
-        if summary.best_step.is_some() {
-            found.push(Found { smoothing_length: self.smoothing_length, corrections });
+        let ends_before = |number: usize| matches!(guidance, Guidance::Found(found) if number >= found.len());
+        let start = || HierarchicalSpline::new(dense.clone());
+        let mut levels = Vec::new();
+        if ends_before(0) {
+            return Ok(Refined { spline: start()?, found: vec![], levels });
         }
-        levels.push(summary);
+        let near = Level::of_dense(dense, Arc::clone(band.near()))?;
+        let Some(first) = self.advance(&near, 0, band.depth() > 0, guidance, &mut levels) else {
+            return Ok(Refined { spline: start()?, found: vec![], levels });
+        };
+        let mut spline = HierarchicalSpline::new(near.corrected(dense, &first.corrections)?)?;
+        let mut found = vec![first];
         for (number, active) in (1..).zip(band.active()) {
-            let Some(start) = given(number) else { break };
-            if levels[number - 1].best_step.is_none() || self.at_noise {
+            if self.at_noise || ends_before(number) {
                 break;
             }
             spline.push_level(Arc::clone(active))?;
-            let (corrections, summary) =
-                self.refine(&spline.levels()[number - 1], number, start, number < band.depth());
-            if summary.best_step.is_some() {
-                found.push(Found { smoothing_length: self.smoothing_length, corrections: corrections.clone() });
-                spline.correct_finest(corrections)?;
-            } else {
+            let level = &spline.levels()[number - 1];
+            let Some(next) = self.advance(level, number, number < band.depth(), guidance, &mut levels) else {
                 spline.pop_level();
-            }
-            levels.push(summary);
+                break;
+            };
+            spline.correct_finest(next.corrections.clone())?;
+            found.push(next);
         }
         Ok(Refined { spline, found, levels })
     }
 
+    /// What a level brings, if anything; `finer` tells whether another level can follow.
+    fn advance(
+        &mut self,
+        level: &Level<D>,
+        number: usize,
+        finer: bool,
+        guidance: Guidance,
+        levels: &mut Vec<LevelSummary>,
+    ) -> Option<Found> {
+        let given = match guidance {
+            Guidance::HeldOut => None,
+            Guidance::Found(found) => {
+                let all = self.fitted.points.len() + self.judge.points().len();
+                if found.get(number + 1).is_some_and(|next| next.points == all) {
+                    self.energy = found[number].energy;
+                    return Some(found[number].clone());
+                }
+                Some(&found[number])
+            }
+        };
+        let (found, summary) = self.refine(level, number, given, finer);
+        levels.push(summary);
+        found
+    }
+
     /// Refines a level without corrections, by steps with falling smoothing lengths as long as they bring something, or from
-    /// corrections that were found before by one step; `finer` tells whether another level can follow. Gives the corrections
-    /// of the best step; if none is better than the function without the level, they are zero.
+    /// corrections that were found before by one step. Gives what the best step has led to, or what was found before if there
+    /// is none; nothing if no step is better than the function without the level.
     fn refine(
         &mut self,
         level: &Level<D>,
         number: usize,
         given: Option<&Found>,
         finer: bool,
-    ) -> (Vec<f64>, LevelSummary) {
+    ) -> (Option<Found>, LevelSummary) {
         let start = Instant::now();
         let objective = LevelObjective::new(level, self.fitted, self.judge.points(), self.energy, self.options);
         let (lengths, corrections) = match given {
@@ -204,7 +228,16 @@ impl<'a, const D: usize> Cascade<'a, D> {
             best_step,
             seconds: start.elapsed().as_secs_f64(),
         };
-        (best, summary)
+        if given.is_some() && best_step.is_none() {
+            self.energy = initial.energy;
+        }
+        let found = (given.is_some() || best_step.is_some()).then(|| Found {
+            smoothing_length: self.smoothing_length,
+            corrections: best,
+            energy: self.energy,
+            points: summary.points,
+        });
+        (found, summary)
     }
 
     /// The smoothing lengths of a level's steps, if another one follows not below what its cells can hold. Where that has
