@@ -1,4 +1,4 @@
-//! The sign: f̂ near the points, winding numbers away from them, where f̂ may have far sheets.
+//! The sign: f̂ near the points, winding numbers away from them, where fairness alone has shaped f̂.
 //!
 //! `W(X) = Σ aᵢ nᵢ·(Pᵢ − X) / (4π ‖Pᵢ − X‖³)` in 3D, `Σ aᵢ nᵢ·(Pᵢ − X) / (2π ‖Pᵢ − X‖²)` in 2D, with outward normals and the
 //! areas (lengths) that the points stand for, is 1 inside and 0 outside by Gauss' theorem. Near the points the sum is rough.
@@ -12,16 +12,21 @@ use crate::domain::{Domain, multi_index};
 use crate::error::ReconstructError;
 use crate::spacing::Spacing;
 
-/// Beyond so many coarse cells from all points the winding number speaks, nearer f̂ does. Then the coarse nodes between
-/// which it is interpolated are not on the surface themselves.
+/// Beyond so many coarse cells from all points the winding number speaks alone. Then the coarse nodes between which it is
+/// interpolated are not on the surface themselves.
 const FAR: f64 = 2.0;
+/// Nearer, but beyond so many spacings (or a cell, if that is larger), it speaks where it is so far from ½: what f̂ makes around
+/// single points off the surface, or beside the tip of a thin part, has W of 0 or 1 all around. Where it is not clear, in
+/// holes of the data, f̂ is the smoother one.
+const NEAR: f64 = 1.5;
+const CLEAR: f64 = 0.3;
 
 /// What the sign is taken from, on the nodes of a lattice.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SignField {
-    /// f̂ near the points, `½ − W` away from them, where fairness alone has shaped f̂; negative inside.
+    /// f̂ near the points, `½ − W` away from them; negative inside.
     pub value: ArrayD<f64>,
-    /// `½ − W` everywhere.
+    /// `½ − W` everywhere, interpolated between coarse nodes.
     pub winding: ArrayD<f64>,
 }
 
@@ -44,27 +49,55 @@ pub fn sign_field<const D: usize>(
     let area = 1.0 / (calibration * spacing.density);
     let areas: Vec<f64> = spacing.areas.iter().map(|share| area * share).collect();
     let vectors = area_vectors(&gradients, &areas);
-    let coarse = domain.nodes(0);
-    let shape: [usize; D] = std::array::from_fn(|axis| coarse[axis].len());
-    let count: usize = shape.iter().product();
-    let nodes: Vec<[f64; D]> = (0..count)
-        .map(|flat| {
-            let index = multi_index(flat, &shape);
-            std::array::from_fn(|axis| coarse[axis][index[axis]])
-        })
-        .collect();
     let options = Options { regularisation: spacing.typical, ..Options::default() };
-    let coarse_winding = Tree::new(points, options)?.with_normals(&vectors)?.evaluate(&nodes)?;
-    let far = FAR * domain.spacing;
+    let tree = Tree::new(points, options)?;
+    let winding = tree.with_normals(&vectors)?;
+    let coarse = Nodes::new(domain, 0);
+    let coarse_winding = winding.evaluate(&coarse.all().map(|flat| coarse.at(flat)).collect::<Vec<_>>())?;
+    let shape = coarse.shape;
+    let fine = Nodes::new(domain, halvings);
+    let (near, far) = ((NEAR * spacing.typical).max(domain.spacing(halvings)), FAR * domain.spacing);
+    let between: Vec<usize> =
+        fine.all().zip(distance).filter(|(_, d)| (near..far).contains(*d)).map(|(i, _)| i).collect();
+    let found = winding.evaluate(&between.iter().map(|flat| fine.at(*flat)).collect::<Vec<_>>())?;
+    if let Some(values) = value.as_slice_mut() {
+        for (flat, w) in between.into_iter().zip(found) {
+            if (w - 0.5).abs() > CLEAR && (values[flat] < 0.0) != (w > 0.5) {
+                values[flat] = 0.5 - w;
+            }
+        }
+    }
     let winding = ArrayD::from_shape_fn(value.raw_dim(), |index| {
         0.5 - interpolate(&coarse_winding, &shape, std::array::from_fn(|axis| index[axis]), halvings)
     });
     for ((value, winding), distance) in value.iter_mut().zip(&winding).zip(distance) {
-        if *distance > far {
+        if *distance >= far {
             *value = *winding;
         }
     }
     Ok(SignField { value, winding })
+}
+
+/// The nodes of a lattice in C order.
+struct Nodes<const D: usize> {
+    axes: [Vec<f64>; D],
+    shape: [usize; D],
+}
+
+impl<const D: usize> Nodes<D> {
+    fn new(domain: &Domain<D>, halvings: u32) -> Self {
+        let axes = domain.nodes(halvings);
+        Self { shape: std::array::from_fn(|axis| axes[axis].len()), axes }
+    }
+
+    fn all(&self) -> std::ops::Range<usize> {
+        0..self.shape.iter().product()
+    }
+
+    fn at(&self, flat: usize) -> [f64; D] {
+        let index = multi_index(flat, &self.shape);
+        std::array::from_fn(|axis| self.axes[axis][index[axis]])
+    }
 }
 
 /// Multilinear interpolation of coarse nodes at a node of the lattice after `halvings`.
@@ -87,7 +120,37 @@ fn interpolate<const D: usize>(values: &[f64], shape: &[usize; D], node: [usize;
 
 #[cfg(test)]
 mod tests {
+    use zeroset_bspline::KnotVector;
+
     use super::*;
+
+    #[test]
+    fn a_bubble_of_f_hat_that_no_winding_number_confirms_goes() {
+        let points: Vec<[f64; 2]> = (0..200)
+            .map(|i| (f64::from(i) / 200.0 * std::f64::consts::TAU).sin_cos())
+            .map(|(s, c)| [0.5 * c, 0.5 * s])
+            .collect();
+        let domain = Domain::around(&[1.0, 1.0], 12);
+        let knots = domain.knots(3, 2).unwrap();
+        // A circle with a bubble beside it, nearer than two coarse cells. (Coefficients sit at their functions' centres.)
+        let centre = |axis: usize, k: usize| knots[axis].knots()[k + 2];
+        let circle = |x: [f64; 2]| x[0].hypot(x[1]) - 0.5;
+        let bubble = |x: [f64; 2]| (x[0] - 0.6).hypot(x[1]) - 0.05;
+        let size = knots.each_ref().map(KnotVector::basis_count);
+        let at = |k: usize| [centre(0, k / size[1]), centre(1, k % size[1])];
+        let coefficients = (0..size[0] * size[1]).map(at).map(|x| circle(x).min(bubble(x))).collect();
+        let f_hat = Spline::from_flat(knots, coefficients).unwrap();
+        let nodes = Nodes::new(&domain, 2);
+        let exact = |i: usize| circle(nodes.at(i));
+        let distance = nodes.all().map(|i| exact(i).abs()).collect();
+        let distance = ArrayD::from_shape_vec(nodes.shape.to_vec(), distance).unwrap();
+        let field = sign_field(&f_hat, &points, &Spacing::of(&points), &domain, 2, &distance, 1.0).unwrap();
+        let wrong = |value: &ArrayD<f64>| {
+            value.iter().enumerate().filter(|(i, v)| (**v < 0.0) != (exact(*i) < 0.0) && exact(*i).abs() > 0.01).count()
+        };
+        assert!(wrong(&f_hat.sample(&domain.nodes(2), [0; 2])) > 10);
+        assert_eq!(wrong(&field.value), 0);
+    }
 
     #[test]
     fn interpolation_is_exact_for_linear_values() {
