@@ -61,6 +61,7 @@ mod sign_field;
 mod spacing;
 mod support;
 mod thinning;
+mod topology_changes;
 mod trust;
 
 pub use crossings::{crossings, gaps, off_the_surface};

@@ -3,6 +3,7 @@
 use std::ops::ControlFlow;
 
 use ndarray::ArrayD;
+use tracing::info;
 use zeroset_bspline::{CellBand, Derivatives, HierarchicalSpline, Spline, levels_for_spacing};
 use zeroset_trust_region as trust_region;
 use zeroset_watch::CancelToken;
@@ -12,6 +13,7 @@ use crate::domain::Domain;
 use crate::error::ReconstructError;
 use crate::report::StageFigures;
 use crate::spacing::Spacing;
+use crate::topology_changes::topology_changes;
 
 /// Cells on the finest level, in spacings of the points there. (Finer ones bring less than they cost.)
 const FINEST_CELL: f64 = 0.75;
@@ -34,8 +36,14 @@ const NOISE_LEFT: f64 = 1.05;
 /// The first smoothing length, in that of the ladder's choice, and at least so many standard deviations of the noise.
 const FIRST_LENGTH: f64 = 2.0;
 const FIRST_LENGTH_NOISE: f64 = 3.0;
-/// Of fewer points, the held-out ones are a small sample.
+/// Of fewer points, the held-out ones are a small sample, and f̂ is rough between them.
 const FEW: usize = 3000;
+/// The refinement is done so often again with what it has changed held,
+const ROUNDS: usize = 3;
+/// at this share of the initial shape's values there,
+const HELD: f64 = 0.3;
+/// and changes are looked for so many spacings or cells, whatever is larger, around the points.
+const CHANGES: f64 = 2.0;
 
 /// What refinement depends on; frame units.
 #[derive(Debug, Clone, Copy)]
@@ -112,14 +120,38 @@ type Refined<const D: usize> = Result<(HierarchicalSpline<D>, StageFigures), Rec
 impl<const D: usize> Refinement<'_, D> {
     /// Level by level where there is a band, otherwise as the paper does it.
     pub fn run(&self, initial: &Spline<D>) -> Refined<D> {
-        match self.band {
-            Some(band) => self.on_levels(initial, band),
-            None => self.on_one_lattice(initial),
+        let Some(band) = self.band else { return self.on_one_lattice(initial) };
+        let normals = if self.points.len() < FEW { vec![] } else { normals(self.f_hat, self.points) };
+        let mut sides = trust_region::Sides { normals, ..trust_region::Sides::default() };
+        let mut refined = self.on_levels(initial, band, &sides)?;
+        for _ in 0..if self.points.len() < FEW { 0 } else { ROUNDS } {
+            let changes = self.changes(initial, &refined.0);
+            if changes.is_empty() || self.cancel.is_cancelled() {
+                break;
+            }
+            info!(
+                places = changes.len(),
+                "refinement has changed the topology, and is done again with these places held"
+            );
+            for (place, value) in changes {
+                sides.places.push(place);
+                sides.bounds.push(HELD * value);
+            }
+            refined = self.on_levels(initial, band, &sides)?;
         }
+        Ok(refined)
+    }
+
+    /// Where the refined function has another topology than the initial shape, with the latter's values. What joins and parts there
+    /// does so between the points, of which f̂ knows the sides, while the refined function only has to vanish at them.
+    fn changes(&self, initial: &Spline<D>, refined: &HierarchicalSpline<D>) -> Vec<([f64; D], f64)> {
+        let (spacing, cell) = (self.spacing.typical, self.domain.spacing(self.halvings));
+        let near = |index: [usize; D]| self.distance[&index[..]] < CHANGES * spacing.max(cell);
+        topology_changes(initial, refined, self.domain, self.halvings, near, spacing)
     }
 
     /// Level by level. For cubics.
-    fn on_levels(&self, initial: &Spline<D>, band: &CellBand<D>) -> Refined<D> {
+    fn on_levels(&self, initial: &Spline<D>, band: &CellBand<D>, sides: &trust_region::Sides<D>) -> Refined<D> {
         let (spacing, cell) = (self.spacing.typical, self.domain.spacing(self.halvings));
         let noise = (self.noise > NOISY * spacing).then_some(self.noise);
         let first =
@@ -135,23 +167,16 @@ impl<const D: usize> Refinement<'_, D> {
             ..trust_region::LevelOptions::for_spacing::<D>(spacing)
         };
         if self.points.len() < FEW {
-            // So few are held out that their error may turn by chance, and the normals of f̂ are too rough between them.
-            (settings.patience, settings.normal_length) = (4, 0.0);
+            // So few are held out that their error may turn by chance.
+            settings.patience = 4;
         }
         if let Some(length) = self.smoothing {
             settings.smoothing_length = length.max(first);
             settings.smallest_smoothing_length = length;
             (settings.noise, settings.holdout) = (None, 0.0);
         }
-        let normals = normals(self.f_hat, self.points);
-        let (spline, report) = trust_region::refine_levels(
-            self.points,
-            Some(&self.spacing.areas),
-            Some(&normals),
-            initial,
-            band,
-            &settings,
-        )?;
+        let areas = Some(&self.spacing.areas[..]);
+        let (spline, report) = trust_region::refine_levels(self.points, areas, Some(sides), initial, band, &settings)?;
         Ok((spline, StageFigures::Refinement(report)))
     }
 

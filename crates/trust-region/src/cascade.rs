@@ -12,6 +12,7 @@ use crate::level_objective::{Judge, LevelObjective, LevelState, Weighted, square
 use crate::level_options::{LevelError, LevelOptions};
 use crate::level_report::{LevelErrors, LevelStep, LevelSummary};
 use crate::rows::dot;
+use crate::sides::Sides;
 
 /// A step that is not taken is halved so often.
 const ATTEMPTS: usize = 6;
@@ -63,6 +64,7 @@ pub(crate) struct Cascade<'a, const D: usize> {
     /// Share of the points that are fitted: their density is that share of ρ.
     share: f64,
     fitted: &'a Weighted<D>,
+    sides: &'a Sides<D>,
     judge: Judge<D>,
     /// Of the function so far.
     energy: f64,
@@ -78,6 +80,7 @@ impl<'a, const D: usize> Cascade<'a, D> {
         options: &'a LevelOptions,
         points: usize,
         fitted: &'a Weighted<D>,
+        sides: &'a Sides<D>,
         judge: Judge<D>,
         dense: &Spline<D>,
     ) -> Result<Self, LevelError> {
@@ -86,7 +89,16 @@ impl<'a, const D: usize> Cascade<'a, D> {
             energy += weight * DerivativeEnergy::new(dense.knots(), order)?.energy(dense.as_flat());
         }
         let share = dot(&fitted.roots, &fitted.roots) / points as f64;
-        Ok(Self { options, share, fitted, judge, energy, smoothing_length: options.smoothing_length, at_noise: false })
+        Ok(Self {
+            options,
+            share,
+            fitted,
+            sides,
+            judge,
+            energy,
+            smoothing_length: options.smoothing_length,
+            at_noise: false,
+        })
     }
 
     /// Errors over all points.
@@ -175,7 +187,8 @@ impl<'a, const D: usize> Cascade<'a, D> {
         finer: bool,
     ) -> (Option<Found>, LevelSummary) {
         let start = Instant::now();
-        let objective = LevelObjective::new(level, self.fitted, self.judge.points(), self.energy, self.options);
+        let objective =
+            LevelObjective::new(level, self.fitted, self.judge.points(), self.sides, self.energy, self.options);
         let (lengths, corrections) = match given {
             Some(found) => (vec![found.smoothing_length], found.corrections.clone()),
             None => (self.lengths(level.cell_side(), number, finer), vec![0.0; level.active().len()]),

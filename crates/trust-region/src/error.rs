@@ -35,6 +35,20 @@ pub enum Error {
         /// Which.
         index: usize,
     },
+    /// Not one bound per place.
+    #[error("{bounds} bounds were given for {places} places off the surface")]
+    Bounds {
+        /// Bounds given.
+        bounds: usize,
+        /// Places there are.
+        places: usize,
+    },
+    /// A place off the surface, or its bound, is NaN or infinite.
+    #[error("place {index} off the surface, or its bound, is not finite")]
+    PlaceNotFinite {
+        /// Which.
+        index: usize,
+    },
     /// Not one stiffness per control coefficient.
     #[error("{found} stiffnesses were given for {needed} control coefficients")]
     Stiffness {

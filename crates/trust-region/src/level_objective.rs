@@ -8,6 +8,7 @@ use zeroset_multigrid::{BandCollocation, BandEnergy, BandOperator, BandRows};
 use crate::level_options::LevelOptions;
 use crate::level_report::LevelErrors;
 use crate::rows::dot;
+use crate::sides::{Bounded, Sides};
 
 /// Points with their area weights.
 #[derive(Debug, Clone)]
@@ -163,11 +164,13 @@ struct Sampson<const D: usize> {
     slope_error: f64,
 }
 
-/// `R(δ) = Σ aᵢ f(Pᵢ)²/‖∇f(Pᵢ)‖² + m² Σ aᵢ min(0, ∂f/∂nᵢ − ½)² + w E(f)` with `f = f_coarse + δ`, where m is the normal length.
+/// `R(δ) = Σ aᵢ f(Pᵢ)²/‖∇f(Pᵢ)‖² + m² Σ aᵢ min(0, ∂f/∂nᵢ − ½)² + Σ l² + w E(f)` with `f = f_coarse + δ`, where m is the normal
+/// length and l what places off the surface lack.
 #[derive(Debug)]
 pub(crate) struct LevelObjective<const D: usize> {
     active: Arc<IndexSet<D>>,
     fitted: Part<D>,
+    bounded: Bounded<D>,
     /// The points that are held out.
     judged: BandCollocation<D>,
     /// With weight 1.
@@ -190,12 +193,14 @@ pub(crate) struct LevelState<const D: usize> {
     pub(crate) energy: f64,
     /// `m² Σ aᵢ min(0, ∂f/∂nᵢ − ½)²`.
     slope_error: f64,
+    /// What places off the surface lack.
+    lacks: Vec<f64>,
 }
 
 impl<const D: usize> LevelState<D> {
     /// `R` for a weight.
     pub(crate) fn objective(&self, weight: f64) -> f64 {
-        self.sampson.error + self.slope_error + weight * self.energy
+        self.sampson.error + self.slope_error + dot(&self.lacks, &self.lacks) + weight * self.energy
     }
 }
 
@@ -205,6 +210,7 @@ impl<const D: usize> LevelObjective<D> {
         level: &Level<D>,
         fitted: &Weighted<D>,
         judged: &[[f64; D]],
+        sides: &Sides<D>,
         coarse_energy: f64,
         options: &LevelOptions,
     ) -> Self {
@@ -219,6 +225,7 @@ impl<const D: usize> LevelObjective<D> {
         Self {
             active,
             fitted,
+            bounded: Bounded::new(level, sides),
             judged,
             energy,
             floor: options.gradient_floor,
@@ -254,7 +261,8 @@ impl<const D: usize> LevelObjective<D> {
         let change = dot(&corrections, &self.coarse_gradient) + dot(&corrections, &gradient);
         let sampson = self.fitted.at(total, self.floor);
         let slope_error = self.normal_length.powi(2) * sampson.slope_error;
-        LevelState { corrections, sampson, gradient, energy: self.coarse_energy + change, slope_error }
+        let lacks = self.bounded.lacks(total);
+        LevelState { corrections, sampson, gradient, energy: self.coarse_energy + change, slope_error, lacks }
     }
 
     /// Errors at a state whose function has the coefficients `total`.
@@ -298,6 +306,7 @@ impl<const D: usize> LevelObjective<D> {
             collocation.add_transposed(&alpha, &beta, &slopes, &self.active, &mut sums);
             rows.push(BandRows { collocation: Cow::Owned(collocation), alpha, beta });
         }
+        rows.extend(self.bounded.rows(&state.lacks, &self.active, &mut sums));
         let mut right = vec![0.0; self.active.len()];
         self.active.members_of_blocks(&sums, &mut right);
         right.iter_mut().zip(&state.gradient).for_each(|(b, h)| *b = -(*b + weight * h));
@@ -331,7 +340,7 @@ mod tests {
         };
         for third_order in [None, Some(0.5)] {
             let options = LevelOptions { third_order, normal_length: 0.1, ..LevelOptions::default() };
-            let objective = LevelObjective::new(&spline.levels()[0], &weighted, &[], 3.0, &options);
+            let objective = LevelObjective::new(&spline.levels()[0], &weighted, &[], &Sides::default(), 3.0, &options);
             let mut total = objective.coefficients();
             let size = spline.levels()[0].active().len();
             let numbers = |seed: usize| -> Vec<f64> {

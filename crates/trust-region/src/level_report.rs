@@ -71,6 +71,8 @@ pub struct LevelsReport {
     pub levels: Vec<LevelSummary>,
     /// Whether a level brought nothing and ended the cascade.
     pub stopped_early: bool,
+    /// Places off the surface that were held on their side.
+    pub held_places: usize,
     /// Points of the returned function whose gradient is below the floor.
     pub floored: usize,
     /// Wall time.

@@ -78,6 +78,7 @@ mod refine_levels;
 mod report;
 mod rows;
 mod sampson;
+mod sides;
 mod steihaug;
 
 pub use error::Error;
@@ -89,3 +90,4 @@ pub use refine::{refine, refine_with};
 pub use refine_levels::refine_levels;
 pub use report::{Errors, Iteration, Report, StoppingRule, SubProblemEnd};
 pub use sampson::sampson_distances;
+pub use sides::Sides;

@@ -11,24 +11,24 @@ use crate::level_options::{LevelError, LevelOptions};
 use crate::level_report::LevelsReport;
 use crate::rows::dot;
 use crate::sampson::is_rounding;
+use crate::sides::Sides;
 
 /// Refines a function near points, level by level from coarse to fine: on each, `R = Σ aᵢ f(Pᵢ)²/‖∇f(Pᵢ)‖² + w Eng(f)` is
 /// lowered over the level's corrections by Gauss–Newton steps with falling weight, everything coarser being fixed. The first
 /// level is that of the initial function itself.
 ///
-/// `points` (`N × D`) must lie in the box of `initial`; `areas` holds one relative weight per point, all equal if absent;
-/// `normals` one outward unit normal per point, or zero where it is not known. They need not be exact: a function that rises
-/// along them by at least half its usual slope is left alone. The
+/// `points` (`N × D`) must lie in the box of `initial`; `areas` holds one relative weight per point, all equal if absent; `sides`
+/// is what is known beside the points, nothing if absent. The
 /// zero set of `initial` must be near the points. Held-out points decide which step of a level is kept, and end the cascade
 /// when a level brings nothing; then each level does one more step with all points. Where the noise is known, it decides alone. The result is scaled so that `‖∇f‖` averages 1 at the points.
 ///
 /// # Errors
-/// If there are no points, lengths or options do not fit, a normal is not finite, a point lies outside the box or is not finite, the initial
+/// If there are no points, lengths or options do not fit, something in `sides` is not finite, a point lies outside the box or is not finite, the initial
 /// function has no gradient at the points, or the band does not belong to its lattice.
 pub fn refine_levels<const D: usize>(
     points: &[[f64; D]],
     areas: Option<&[f64]>,
-    normals: Option<&[[f64; D]]>,
+    sides: Option<&Sides<D>>,
     initial: &Spline<D>,
     band: &CellBand<D>,
     options: &LevelOptions,
@@ -36,32 +36,33 @@ pub fn refine_levels<const D: usize>(
     let start = Instant::now();
     options.check()?;
     let areas = crate::refine::mean_one(areas, points.len())?;
-    if let Some(normals) = normals {
-        check_normals(normals, points.len())?;
-    }
+    let nothing = Sides::default();
+    let sides = sides.unwrap_or(&nothing);
+    sides.check(points.len())?;
     let size = gradient_size(points, initial)?;
     let dense = initial.scaled(1.0 / size).map_err(Error::from)?;
 
     let holdout = if options.noise.is_some() { 0.0 } else { options.holdout };
     let held = held_out(points, holdout, options.seed);
+    let normals = &sides.normals;
     let weighted = |wanted: &dyn Fn(usize) -> bool| {
         let chosen: Vec<usize> = (0..points.len()).filter(|i| wanted(*i)).collect();
         Weighted {
             points: chosen.iter().map(|i| points[*i]).collect(),
             roots: chosen.iter().map(|i| areas[*i].sqrt()).collect(),
-            normals: normals.map_or(vec![], |normals| chosen.iter().map(|i| normals[*i]).collect()),
+            normals: if normals.is_empty() { vec![] } else { chosen.iter().map(|i| normals[*i]).collect() },
         }
     };
     let (fitted, judge) = (weighted(&|i| !held[i]), Judge::new(weighted(&|i| held[i])));
     let held_out_points = points.len() - fitted.points.len();
-    let mut cascade = Cascade::new(options, points.len(), &fitted, judge, &dense)?;
+    let mut cascade = Cascade::new(options, points.len(), &fitted, sides, judge, &dense)?;
     let first = cascade.errors(&dense);
     let Refined { mut spline, found, levels } = cascade.run(&dense, band, Guidance::HeldOut)?;
     let result = cascade.errors(&spline);
 
     if held_out_points > 0 {
         let all = weighted(&|_| true);
-        let mut cascade = Cascade::new(options, points.len(), &all, Judge::none(), &dense)?;
+        let mut cascade = Cascade::new(options, points.len(), &all, sides, Judge::none(), &dense)?;
         spline = cascade.run(&dense, band, Guidance::Found(&found))?.spline;
     }
 
@@ -76,20 +77,11 @@ pub fn refine_levels<const D: usize>(
         result,
         stopped_early: levels.last().is_some_and(|level| level.best_step.is_none()),
         levels,
+        held_places: sides.places.len(),
         floored: norms.iter().filter(|n| **n < options.gradient_floor).count(),
         seconds: start.elapsed().as_secs_f64(),
     };
     Ok((spline, report))
-}
-
-fn check_normals<const D: usize>(normals: &[[f64; D]], points: usize) -> Result<(), Error> {
-    if normals.len() != points {
-        return Err(Error::Normals { normals: normals.len(), points });
-    }
-    match normals.iter().position(|n| n.iter().any(|x| !x.is_finite())) {
-        Some(index) => Err(Error::NormalNotFinite { index }),
-        None => Ok(()),
-    }
 }
 
 /// Root mean square of `‖∇f‖` at the points.

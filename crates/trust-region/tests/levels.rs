@@ -2,7 +2,7 @@
 
 use zeroset_bspline::{CellBand, DerivativeEnergy, Derivatives, KnotVector, Spline};
 use zeroset_trust_region::{
-    Error, LevelError, LevelOptions, LevelsReport, Normalisation, Options, refine, refine_levels,
+    Error, LevelError, LevelOptions, LevelsReport, Normalisation, Options, Sides, refine, refine_levels,
 };
 
 /// Points of a flower with five leaves, displaced from its centre by noise of a standard deviation.
@@ -113,6 +113,28 @@ fn held_out_points_restrain_the_fit() {
     assert!(energies.0 > 10.0 * energies.1, "{energies:?}: that function follows the noise");
     // Of every few points the noise averages out.
     assert!(report.stopped_early && error(&f) < 0.3 * 0.001, "{:e}", error(&f));
+}
+
+#[test]
+fn places_off_the_surface_keep_their_side() {
+    // The top of the circle has no points. A place above it is to be inside, and one below it may stay where it is.
+    let all = (0..400).map(|i| (std::f64::consts::TAU * f64::from(i) / 400.0).sin_cos());
+    let points: Vec<[f64; 2]> = all.map(|(s, c)| [0.38 * c, 0.38 * s]).filter(|p| p[1] < 0.33).collect();
+    let (initial, options) = initial(&points, 0.006);
+    let band = CellBand::new(initial.knots(), &points, &vec![1; points.len()], [3, 3]).unwrap();
+    let run = |sides: &Sides<2>| refine_levels(&points, None, Some(sides), &initial, &band, &options).unwrap();
+    let places = vec![[0.0, 0.41], [0.0, 0.3]];
+    let values = |f: &zeroset_bspline::HierarchicalSpline<2>| f.evaluate(&places, Derivatives::Value).values;
+    let (free, report) = run(&Sides::default());
+    let before = values(&free);
+    assert!(before[0] > 0.01 && before[1] < -0.015 && report.held_places == 0, "{before:?}");
+    let (held, report) = run(&Sides { places: places.clone(), bounds: vec![-0.01, -0.01], ..Sides::default() });
+    let after = values(&held);
+    // One place weighs as much as one of 330 points and the fairness is small: the bound is reached to a tenth.
+    assert!(after[0] < -0.009 && after[1] < -0.01 && report.held_places == 2, "{after:?}");
+    // Bounds that no function on the way misses change nothing.
+    let (same, _) = run(&Sides { places: places.clone(), bounds: vec![0.001, -0.001], ..Sides::default() });
+    assert_eq!(values(&same), before);
 }
 
 #[test]

@@ -1,0 +1,299 @@
+//! Where one function has another topology than the one that it came from.
+//!
+//! Both are sampled at the centres of small cells near the surface. From the inside of the first function, cells whose sign
+//! differs are moved to the other side one by one, as long as each is a simple point: one whose move does not change the
+//! topology (Bertrand and Malandain 1994). Where the surface has only moved all of them go; where it has pierced a wall,
+//! bridged a gap, or made a speck, some are left (as in the topology-preserving level sets of Han, Xu and Prince 2003).
+
+use std::collections::HashMap;
+
+use zeroset_bspline::{Derivatives, Implicit};
+
+use crate::domain::{Domain, multi_index};
+
+/// The smallest cells have at most so many spacings: a pierced wall is hardly narrower.
+const SMALLEST: f64 = 0.4;
+/// Of cells no larger than so many spacings only those are halved where a slope is below the second: between two parts of the
+/// surface that are near each other a function has to turn.
+const TURNING: f64 = 0.8;
+const FLAT: f64 = 0.8;
+/// Slopes near the surface are hardly greater.
+const STEEPEST: f64 = 1.2;
+/// Most halvings of the dense lattice's cells.
+const MOST_HALVINGS: u32 = 6;
+
+/// Places where `after` has another topology than `before`, with the latter's values; both are about the distance near their
+/// zero sets.
+///
+/// Looked at are those of the lattice's cells after `halvings` that are `near`, given by their lowest corner, and those that are
+/// connected with what has changed there; `spacing` is that of the points. All in frame units.
+pub fn topology_changes<const D: usize>(
+    before: &impl Implicit<D>,
+    after: &impl Implicit<D>,
+    domain: &Domain<D>,
+    halvings: u32,
+    near: impl Fn([usize; D]) -> bool,
+    spacing: f64,
+) -> Vec<([f64; D], f64)> {
+    let shape = domain.cells(halvings);
+    let all = 0..shape.iter().product();
+    let mut cells = Cells { halvings, keys: all.filter(|key| near(multi_index(*key, &shape))).collect() };
+    while cells.side(domain) > SMALLEST * spacing && cells.halvings < halvings + MOST_HALVINGS {
+        cells = cells.halved(before, after, domain, spacing);
+    }
+    let changed = cells.sides(before, after, domain).moved();
+    let places = changed.iter().map(|(key, _)| cells.centre(*key, domain));
+    places.zip(changed.iter().map(|(_, value)| *value)).collect()
+}
+
+/// Some of the cells of a lattice.
+struct Cells {
+    halvings: u32,
+    /// Places in C order on the lattice.
+    keys: Vec<usize>,
+}
+
+impl Cells {
+    fn side<const D: usize>(&self, domain: &Domain<D>) -> f64 {
+        domain.spacing(self.halvings)
+    }
+
+    fn centre<const D: usize>(&self, key: usize, domain: &Domain<D>) -> [f64; D] {
+        let index = multi_index(key, &domain.cells(self.halvings));
+        std::array::from_fn(|axis| domain.lower[axis] + (index[axis] as f64 + 0.5) * self.side(domain))
+    }
+
+    fn centres<const D: usize>(&self, domain: &Domain<D>) -> Vec<[f64; D]> {
+        self.keys.iter().map(|key| self.centre(*key, domain)).collect()
+    }
+
+    /// The halves of those cells in which both functions can differ in sign, and not only because the surface has moved.
+    fn halved<const D: usize>(
+        &self,
+        before: &impl Implicit<D>,
+        after: &impl Implicit<D>,
+        domain: &Domain<D>,
+        spacing: f64,
+    ) -> Self {
+        let (shape, next) = (domain.cells(self.halvings), domain.cells(self.halvings + 1));
+        let reach = STEEPEST * 0.5 * (D as f64).sqrt() * self.side(domain);
+        let turning = self.side(domain) <= TURNING * spacing;
+        let derivatives = if turning { Derivatives::Gradient } else { Derivatives::Value };
+        let centres = self.centres(domain);
+        let [before, after] = [before.evaluate(&centres, derivatives), after.evaluate(&centres, derivatives)];
+        let is_flat = |g: &[f64; D]| g.iter().map(|g| g * g).sum::<f64>() < FLAT * FLAT;
+        let wanted = |i: usize| {
+            let (a, b) = (before.values[i], after.values[i]);
+            (a < 0.0) != (b < 0.0)
+                || a.abs().min(b.abs()) <= reach
+                    && !(turning && !is_flat(&before.gradients[i]) && !is_flat(&after.gradients[i]))
+        };
+        let mut keys = Vec::new();
+        for key in (0..self.keys.len()).filter(|i| wanted(*i)).map(|i| self.keys[i]) {
+            let index = multi_index(key, &shape);
+            for half in 0..1usize << D {
+                keys.push(flat(&std::array::from_fn(|axis| 2 * index[axis] + (half >> axis & 1)), &next));
+            }
+        }
+        Self { halvings: self.halvings + 1, keys }
+    }
+
+    /// The cells where both functions differ in sign, with all such cells that they are connected with, and those around them.
+    fn sides<const D: usize>(
+        &self,
+        before: &impl Implicit<D>,
+        after: &impl Implicit<D>,
+        domain: &Domain<D>,
+    ) -> Sides<D> {
+        let mut sides = Sides { shape: domain.cells(self.halvings), inside: HashMap::new(), moving: Vec::new() };
+        let mut cells = Self { keys: self.keys.clone(), ..*self };
+        while !cells.keys.is_empty() {
+            let centres = cells.centres(domain);
+            let first = before.evaluate(&centres, Derivatives::Value).values;
+            let second = after.evaluate(&centres, Derivatives::Value).values;
+            let known = sides.moving.len();
+            for ((key, a), b) in cells.keys.iter().zip(first).zip(second) {
+                let moves = (a < 0.0) != (b < 0.0);
+                if moves {
+                    sides.moving.push((*key, a, b));
+                }
+                // Of the first cells those that stay are looked at again if one beside them moves.
+                if moves || known > 0 {
+                    sides.inside.insert(*key, a < 0.0);
+                }
+            }
+            let around = sides.moving[known..].iter().flat_map(|(key, _, _)| sides.around(*key)).flatten();
+            cells.keys = around.filter(|key| !sides.inside.contains_key(key)).collect();
+            cells.keys.sort_unstable();
+            cells.keys.dedup();
+        }
+        sides
+    }
+}
+
+/// On which side cells are.
+struct Sides<const D: usize> {
+    shape: [usize; D],
+    /// The cells that differ and those around them, on the side where they are now.
+    inside: HashMap<usize, bool>,
+    /// The cells that are to move, with both functions there.
+    moving: Vec<(usize, f64, f64)>,
+}
+
+impl<const D: usize> Sides<D> {
+    /// The keys of the 3^D cells around one and itself, in C order; none outside the lattice.
+    fn around(&self, key: usize) -> impl Iterator<Item = Option<usize>> + use<D> {
+        let (shape, index) = (self.shape, multi_index(key, &self.shape));
+        (0..3usize.pow(D as u32)).map(move |offset| {
+            let step = multi_index(offset, &[3; D]);
+            let moved: [usize; D] = std::array::from_fn(|axis| (index[axis] + step[axis]).wrapping_sub(1));
+            moved.iter().zip(&shape).all(|(i, n)| i < n).then(|| flat(&moved, &shape))
+        })
+    }
+
+    /// Moves all cells that can be, those first where the second function is surest; gives those that are left with the first one's
+    /// value.
+    fn moved(mut self) -> Vec<(usize, f64)> {
+        let (mut left, neighbours) = (std::mem::take(&mut self.moving), Neighbours::new::<D>());
+        left.sort_by(|a, b| b.2.abs().total_cmp(&a.2.abs()).then(a.0.cmp(&b.0)));
+        loop {
+            let count = left.len();
+            left.retain(|(key, _, _)| {
+                let simple = neighbours.is_simple(self.inside_around(*key));
+                if simple && let Some(side) = self.inside.get_mut(key) {
+                    *side = !*side;
+                }
+                !simple
+            });
+            if left.len() == count {
+                return left.into_iter().map(|(key, before, _)| (key, before)).collect();
+            }
+        }
+    }
+
+    /// Which of the 3^D cells around one and itself are inside, a bit for each. Beyond the box is outside.
+    fn inside_around(&self, key: usize) -> u32 {
+        let inside = |key: Option<usize>| key.is_some_and(|key| self.inside.get(&key).copied().unwrap_or(false));
+        self.around(key).zip(0..).map(|(key, bit)| u32::from(inside(key)) << bit).sum()
+    }
+}
+
+/// How the 3^D cells around one and itself touch, a bit for each.
+struct Neighbours {
+    middle: usize,
+    /// Through faces, edges and corners; and through faces only.
+    touching: [Vec<u32>; 2],
+    /// Those that belong to the neighbourhood: all for the inside, those that touch the middle one through edges or faces for the outside.
+    of_middle: [u32; 2],
+}
+
+impl Neighbours {
+    fn new<const D: usize>() -> Self {
+        let count = 3usize.pow(D as u32);
+        let middle = count / 2;
+        // How many faces have to be crossed, and the most along one axis.
+        let apart = |a: usize, b: usize| {
+            let (a, b) = (multi_index(a, &[3; D]), multi_index(b, &[3; D]));
+            let along: [usize; D] = std::array::from_fn(|axis| a[axis].abs_diff(b[axis]));
+            (along.iter().sum::<usize>(), along.into_iter().max().unwrap_or(0))
+        };
+        let bits = |wanted: &dyn Fn(usize) -> bool| {
+            (0..count).filter(|i| *i != middle && wanted(*i)).map(|i| 1u32 << i).sum::<u32>()
+        };
+        let all = (0..count).map(|a| bits(&|b| apart(a, b).1 == 1)).collect();
+        let faces = (0..count).map(|a| bits(&|b| apart(a, b).0 == 1)).collect();
+        Self { middle, touching: [all, faces], of_middle: [bits(&|_| true), bits(&|i| apart(i, middle).0 <= 2)] }
+    }
+
+    /// Whether the middle cell has one piece of the inside, connected through faces, edges and corners, and one of the outside,
+    /// connected through faces, beside it: then it can change sides without changing the topology of either.
+    fn is_simple(&self, inside: u32) -> bool {
+        self.pieces(0, inside) == 1 && self.pieces(1, !inside) == 1
+    }
+
+    /// The pieces beside the middle cell of the cells with a bit, for the inside (0) or the outside (1).
+    fn pieces(&self, side: usize, cells: u32) -> usize {
+        let touching = &self.touching[side];
+        let cells = cells & self.of_middle[side];
+        let mut starts = cells & touching[self.middle];
+        let mut pieces = 0;
+        while starts != 0 {
+            pieces += 1;
+            let mut piece = 1u32 << starts.trailing_zeros();
+            let mut open = piece;
+            while open != 0 {
+                let found = touching[open.trailing_zeros() as usize] & cells & !piece;
+                open = (open & (open - 1)) | found;
+                piece |= found;
+            }
+            starts &= !piece;
+        }
+        pieces
+    }
+}
+
+/// The place in C order.
+fn flat<const D: usize>(index: &[usize; D], shape: &[usize; D]) -> usize {
+    index.iter().zip(shape).fold(0, |flat, (i, n)| flat * n + i)
+}
+
+#[cfg(test)]
+mod tests {
+    use zeroset_bspline::Spline;
+
+    use super::*;
+
+    /// A spline whose coefficients are a function's values at the centres of their supports.
+    fn spline<const D: usize>(domain: &Domain<D>, halvings: u32, f: impl Fn([f64; D]) -> f64) -> Spline<D> {
+        let knots = domain.knots(3, halvings).unwrap();
+        let shape: [usize; D] = std::array::from_fn(|axis| knots[axis].basis_count());
+        let at = |flat: usize| {
+            let index = multi_index(flat, &shape);
+            f(std::array::from_fn(|axis| knots[axis].knots()[index[axis] + 2]))
+        };
+        let coefficients = (0..shape.iter().product()).map(at).collect();
+        Spline::from_flat(knots, coefficients).unwrap()
+    }
+
+    #[test]
+    fn moved_surfaces_are_no_change_but_holes_bridges_and_specks_are() {
+        let domain = Domain::around(&[1.0, 1.0, 1.0], 8);
+        // A plate with rounded rim, and the same with a hole, with a bubble inside, and with a speck beside it.
+        let plate = |x: [f64; 3], thickness: f64| {
+            let outside = (x[0].hypot(x[1]) - 0.35).max(0.0);
+            outside.hypot(x[2]) - thickness
+        };
+        let ball = |x: [f64; 3], y: f64, z: f64, r: f64| r - x[0].hypot(x[1] - y).hypot(x[2] - z);
+        let before = spline(&domain, 2, |x| plate(x, 0.1));
+        let changes = |after: &Spline<3>| topology_changes(&before, after, &domain, 2, |_| true, 0.04);
+        assert_eq!(changes(&spline(&domain, 2, |x| plate(x, 0.07))), []);
+        assert_eq!(changes(&spline(&domain, 2, |x| plate(x, 0.13))), []);
+        assert_eq!(changes(&spline(&domain, 2, |x| plate([x[0] + 0.02, x[1], x[2] - 0.01], 0.1))), []);
+        for (y, z, r) in [(0.1, 0.0, 0.14), (0.0, 0.0, 0.06), (0.0, 0.35, 0.06)] {
+            let sign = if z > 0.0 { -1.0 } else { 1.0 };
+            let after = spline(&domain, 2, |x| {
+                let (a, b) = (plate(x, 0.1), sign * ball(x, y, z, r));
+                if sign > 0.0 { a.max(b) } else { a.min(b) }
+            });
+            let found = changes(&after);
+            assert!(!found.is_empty(), "{y} {z} {r}");
+            let far = |p: &[f64; 3]| p[0].hypot(p[1] - y).hypot(p[2] - z);
+            // The function of the coefficients is about the function itself.
+            assert!(found.iter().all(|(p, _)| far(p) < r + 0.03));
+            assert!(found.iter().all(|(_, v)| (*v < 0.0) == (sign > 0.0)));
+        }
+    }
+
+    #[test]
+    fn curves_too() {
+        let domain = Domain::around(&[1.0, 1.0], 12);
+        let dumbbell = |x: [f64; 2], neck: f64| {
+            let bar = x[1].abs().max(x[0].abs() - 0.3) - neck;
+            ((x[0].abs() - 0.3).hypot(x[1]) - 0.15).min(bar)
+        };
+        let [whole, parted] = [0.06, -0.06].map(|neck| spline(&domain, 2, |x| dumbbell(x, neck)));
+        assert!(!topology_changes(&whole, &parted, &domain, 2, |_| true, 0.05).is_empty());
+        assert!(!topology_changes(&parted, &whole, &domain, 2, |_| true, 0.05).is_empty());
+        assert_eq!(topology_changes(&whole, &whole, &domain, 2, |_| true, 0.05), []);
+    }
+}
