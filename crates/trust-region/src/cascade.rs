@@ -244,7 +244,7 @@ impl<'a, const D: usize> Cascade<'a, D> {
         if given.is_some() && best_step.is_none() {
             self.energy = initial.energy;
         }
-        let found = (given.is_some() || best_step.is_some()).then(|| Found {
+        let found = (given.is_some() || best_step.is_some()).then_some(Found {
             smoothing_length: self.smoothing_length,
             corrections: best,
             energy: self.energy,
