@@ -42,6 +42,9 @@ const FEW: usize = 3000;
 const ROUNDS: usize = 3;
 /// at this share of the initial shape's values there,
 const HELD: f64 = 0.3;
+/// unless that is at more places than this share of the points: then these are too sparse for their shape everywhere, and holding f
+/// there would cost more accuracy and time than it brings;
+const MOST_HELD: f64 = 0.01;
 /// and changes are looked for so many spacings or cells, whatever is larger, around the points.
 const CHANGES: f64 = 2.0;
 
@@ -124,9 +127,10 @@ impl<const D: usize> Refinement<'_, D> {
         let normals = if self.points.len() < FEW { vec![] } else { normals(self.f_hat, self.points) };
         let mut sides = trust_region::Sides { normals, ..trust_region::Sides::default() };
         let mut refined = self.on_levels(initial, band, &sides)?;
+        let most = (MOST_HELD * self.points.len() as f64) as usize;
         for _ in 0..if self.points.len() < FEW { 0 } else { ROUNDS } {
             let changes = self.changes(initial, &refined.0);
-            if changes.is_empty() || self.cancel.is_cancelled() {
+            if changes.is_empty() || changes.len() > most || self.cancel.is_cancelled() {
                 break;
             }
             info!(
@@ -145,7 +149,10 @@ impl<const D: usize> Refinement<'_, D> {
     /// Where the refined function has another topology than the initial shape, with the latter's values. What joins and parts there
     /// does so between the points, of which f̂ knows the sides, while the refined function only has to vanish at them.
     fn changes(&self, initial: &Spline<D>, refined: &HierarchicalSpline<D>) -> Vec<([f64; D], f64)> {
-        let (spacing, cell) = (self.spacing.typical, self.domain.spacing(self.halvings));
+        // The root mean square, for what is looked at to be in proportion to the points, however uneven they are.
+        let squares = self.spacing.local.iter().map(|s| s * s).sum::<f64>();
+        let spacing = (squares / self.points.len() as f64).sqrt();
+        let cell = self.domain.spacing(self.halvings);
         let near = |index: [usize; D]| self.distance[&index[..]] < CHANGES * spacing.max(cell);
         topology_changes(initial, refined, self.domain, self.halvings, near, spacing)
     }
