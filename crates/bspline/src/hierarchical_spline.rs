@@ -307,16 +307,24 @@ impl<const D: usize> HierarchicalSpline<D> {
             return self.levels[level - 1].total.gather(first, side, out);
         }
         let (coefficients, shape) = (self.root.as_flat(), self.root.shape());
-        for (flat, out) in out.iter_mut().enumerate() {
-            let mut rest = flat;
-            let (mut at, mut stride) = (Some(0), 1);
-            for axis in (0..D).rev() {
+        let length = shape[D - 1] as i64;
+        // The part of a line that exists.
+        let start = first[D - 1].clamp(0, length);
+        let end = (first[D - 1] + side as i64).clamp(start, length);
+        for (row, out) in out.chunks_exact_mut(side).enumerate() {
+            let mut rest = row;
+            let (mut line, mut stride) = (Some(0), shape[D - 1]);
+            for axis in (0..D - 1).rev() {
                 let k = first[axis] + (rest % side) as i64;
                 rest /= side;
-                at = at.filter(|_| k >= 0 && k < shape[axis] as i64).map(|at| at + k as usize * stride);
+                line = line.filter(|_| k >= 0 && k < shape[axis] as i64).map(|line| line + k as usize * stride);
                 stride *= shape[axis];
             }
-            *out = at.map_or(0.0, |at| coefficients[at]);
+            out.fill(0.0);
+            if let Some(line) = line.filter(|_| start < end) {
+                let places = (start - first[D - 1]) as usize..(end - first[D - 1]) as usize;
+                out[places].copy_from_slice(&coefficients[line + start as usize..line + end as usize]);
+            }
         }
     }
 

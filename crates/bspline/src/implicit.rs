@@ -2,6 +2,7 @@
 
 use ndarray::ArrayD;
 
+use crate::edge_cubic::EdgeCubic;
 use crate::evaluation::{Derivatives, Evaluation};
 use crate::hierarchical_spline::{HierarchicalSpline, HierarchyError};
 use crate::spline::{Jet, Spline, SplineError};
@@ -22,6 +23,11 @@ pub trait Implicit<const D: usize>: Sync + Sized {
 
     /// `f(x)` and `∇f(x)`; all NaN outside the box.
     fn value_and_gradient(&self, x: &[f64; D]) -> (f64, [f64; D]);
+
+    /// f and ∇f on a segment parallel to an axis and within one cell, where the function can give them at once.
+    fn along_edge(&self, _start: &[f64; D], _end: &[f64; D]) -> Option<EdgeCubic<D>> {
+        None
+    }
 
     /// `f(x)`, `∇f(x)` and `∇²f(x)`; all NaN outside the box.
     fn jet(&self, x: &[f64; D]) -> Jet<D>;
@@ -50,7 +56,7 @@ pub trait Implicit<const D: usize>: Sync + Sized {
 
 /// The methods that the types themselves have.
 macro_rules! implicit {
-    ($type:ident, $error:ty) => {
+    ($type:ident, $error:ty, $($more:item)*) => {
         impl<const D: usize> Implicit<D> for $type<D> {
             type Error = $error;
 
@@ -93,9 +99,17 @@ macro_rules! implicit {
             fn mapped(&self, scale: f64, shift: [f64; D]) -> Result<Self, Self::Error> {
                 $type::mapped(self, scale, shift)
             }
+
+            $($more)*
         }
     };
 }
 
-implicit!(Spline, SplineError);
-implicit!(HierarchicalSpline, HierarchyError);
+implicit!(Spline, SplineError,);
+implicit!(
+    HierarchicalSpline,
+    HierarchyError,
+    fn along_edge(&self, start: &[f64; D], end: &[f64; D]) -> Option<EdgeCubic<D>> {
+        HierarchicalSpline::along_edge(self, start, end)
+    }
+);

@@ -49,6 +49,16 @@ pub fn climb<const D: usize>(
     if !(length.is_finite() && density.is_finite() && length > 0.0 && density > 0.0) {
         return Err(GefmError::Smoothing { length, density });
     }
+    // Among the threads at once: otherwise every short parallel loop would have to wake them, and be waited for.
+    rayon::scope(|_| climb_among_threads(points, areas, base, options))
+}
+
+fn climb_among_threads<const D: usize>(
+    points: &[[f64; D]],
+    areas: &[f64],
+    base: &[KnotVector; D],
+    options: &LadderOptions,
+) -> Result<(Spline<D>, Vec<f64>, LadderReport), GefmError> {
     let mut knots = base.clone();
     for _ in 0..options.first {
         knots = knots.each_ref().map(KnotVector::halved);
@@ -178,12 +188,15 @@ impl<const D: usize> Ladder<'_, D> {
         Ok(())
     }
 
-    /// Fits, from scratch or from the rung's pulls, and judges; the score, infinite if the fit failed.
+    /// Fits, from scratch or from the leader, and judges; the score, infinite if the fit failed.
     ///
     /// # Errors
     /// If the ladder was cancelled.
     fn consider(&mut self, rung: &Rung<D>, spectral: bool) -> Result<f64, GefmError> {
-        let found = if spectral { rung.spectral() } else { rung.continued() };
+        let found = match &self.leader {
+            Some(leader) if !spectral => rung.continued(&leader.f, self.report.candidates[leader.index].halvings),
+            _ => rung.spectral(),
+        };
         match self.judge(found, rung, spectral) {
             Ok(score) => Ok(score),
             Err(cancelled @ GefmError::Cancelled(_)) => Err(cancelled),

@@ -74,12 +74,14 @@ pub fn continue_exponent<const D: usize>(
     let mut report = ContinuationReport::default();
     let cosine = options.angle.to_radians().cos();
     let mut gradients = collocation.gradients(&f);
-    for &exponent in &options.exponents {
+    for (exponent_index, &exponent) in options.exponents.iter().enumerate() {
         if !(1.0..=2.0).contains(&exponent) {
             return Err(GefmError::Exponent(exponent));
         }
         let before = gradients.clone();
         let mut stage = ContinuationStage { exponent, iterations: 0, flipped: 0.0, objective: vec![], settled: false };
+        // Steps need not be exact as long as gradients turn, or another exponent is to come.
+        let (mut rough, last) = (true, exponent_index + 1 == options.exponents.len());
         while stage.iterations < options.most_iterations && !stage.settled {
             options.cancel.check()?;
             let pulls: Vec<[f64; D]> = gradients
@@ -94,7 +96,9 @@ pub fn continue_exponent<const D: usize>(
                 .collect();
             let mut right = vec![0.0; f.len()];
             collocation.add_gradients_transposed(&pulls, &mut right);
-            let energy = solver.solve(&right, &mut f);
+            let roughly = if rough { solver.solve_roughly(&right, &mut f) } else { None };
+            rough = roughly.is_some();
+            let energy = roughly.unwrap_or_else(|| solver.solve(&right, &mut f));
             if !(energy.is_finite() && energy > 0.0) {
                 return Err(GefmError::NoGradient);
             }
@@ -104,6 +108,9 @@ pub fn continue_exponent<const D: usize>(
             stage.objective.push(objective(&turned, areas, exponent));
             let turning = gradients.iter().zip(&turned).filter(|(a, b)| !within(a, b, cosine)).count();
             stage.settled = turning * 1000 <= gradients.len();
+            if stage.settled && rough && last {
+                (stage.settled, rough) = (false, false);
+            }
             stage.iterations += 1;
             gradients = turned;
         }
@@ -150,7 +157,7 @@ mod tests {
             let start: Vec<[f64; 2]> = normals.chunks(2).map(|n| [n[0], n[1]]).collect();
             let mut right = vec![0.0; multigrid.size()];
             collocation.add_gradients_transposed(&start, &mut right);
-            let solver = Iterative { multigrid: &multigrid, tolerance };
+            let solver = Iterative::new(&multigrid, tolerance);
             let mut f = vec![0.0; multigrid.size()];
             solver.solve(&right, &mut f);
             let (_, report) =

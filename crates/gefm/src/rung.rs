@@ -1,18 +1,21 @@
 //! One lattice of the ladder: the normal equations there, and the fits that they give.
 
 use zeroset_bspline::{Collocation, KnotVector, Spline};
-use zeroset_multigrid::Multigrid;
+use zeroset_multigrid::{Multigrid, MultigridError};
 
 use crate::error::GefmError;
 use crate::fit::normalise;
 use crate::gradient_form::{apply_b, area_vectors};
 use crate::ladder_options::LadderOptions;
 use crate::lanczos::smallest_eigenpair;
-use crate::normal_solver::{Iterative, NormalSolver};
+use crate::normal_solver::Iterative;
 use crate::p_continuation::{ContinuationOptions, continue_exponent};
 
 /// Most iterations per exponent: candidates that need more have never turned out well.
 const MOST_ITERATIONS: usize = 40;
+
+/// Relative residual of the solves for the eigenvector, which is wanted to 1e-2 itself.
+const SPECTRAL: f64 = 1e-2;
 
 /// The points on one lattice, with a smoothing length that may be changed.
 pub(crate) struct Rung<'a, const D: usize> {
@@ -32,8 +35,8 @@ pub(crate) struct Rung<'a, const D: usize> {
 pub(crate) type Found<const D: usize> = Result<(Spline<D>, usize), GefmError>;
 
 impl<'a, const D: usize> Rung<'a, D> {
-    /// The lattice after `halvings` of `base`, with a smoothing length of `ratio` spacings; fits start from unit pulls at
-    /// the points along `directions`.
+    /// The lattice after `halvings` of `base`, with a smoothing length of `ratio` spacings; the eigenvector is
+    /// sought from unit pulls at the points along `directions`.
     ///
     /// # Errors
     /// If the normal equations cannot be set up, or a point lies outside the lattice.
@@ -74,28 +77,24 @@ impl<'a, const D: usize> Rung<'a, D> {
         Ok(())
     }
 
-    /// The fit at p = 1 that starts from the pulls.
-    pub(crate) fn continued(&self) -> Found<D> {
-        self.at_exponents(self.solve(&self.pull), &[1.0])
+    /// The fit at p = 1 that starts from another one, on a lattice of no more `halvings`.
+    pub(crate) fn continued(&self, start: &Spline<D>, halvings: u32) -> Found<D> {
+        let mut start = start.clone();
+        for _ in halvings..self.halvings {
+            start = start.halved().map_err(MultigridError::from)?;
+        }
+        self.at_exponents(start.as_flat().to_vec(), &[1.0])
     }
 
     /// The fit from scratch: the eigenvector, or about it, for the continuation only needs to begin near it.
     pub(crate) fn spectral(&self) -> Found<D> {
         self.options.cancel.check()?;
+        let solver = Iterative::new(&self.multigrid, self.options.tolerance);
         let apply_b = |f: &[f64]| apply_b(&self.collocation, self.areas, f);
-        let pair = smallest_eigenpair(|right| self.solve(right), apply_b, self.pull.clone(), 1e-2, 24);
+        let pair =
+            smallest_eigenpair(|right| solver.solve_from_zero(right, SPECTRAL), apply_b, self.pull.clone(), 1e-2, 24);
         let (f, _) = pair.ok_or(GefmError::NoGradient)?;
         self.at_exponents(f, &[1.5, 1.0])
-    }
-
-    fn solve(&self, right: &[f64]) -> Vec<f64> {
-        let mut f = vec![0.0; right.len()];
-        self.solver().solve(right, &mut f);
-        f
-    }
-
-    fn solver(&self) -> Iterative<'_, D> {
-        Iterative { multigrid: &self.multigrid, tolerance: self.options.tolerance }
     }
 
     fn at_exponents(&self, f: Vec<f64>, exponents: &[f64]) -> Found<D> {
@@ -105,7 +104,8 @@ impl<'a, const D: usize> Rung<'a, D> {
             cancel: self.options.cancel.clone(),
             ..ContinuationOptions::default()
         };
-        let (f, report) = continue_exponent(&self.collocation, &self.solver(), self.areas, f, &settings)?;
+        let solver = Iterative::new(&self.multigrid, self.options.tolerance);
+        let (f, report) = continue_exponent(&self.collocation, &solver, self.areas, f, &settings)?;
         let f = normalise(&self.collocation, self.points, self.areas, self.multigrid.knots(), f)?;
         Ok((f, report.stages.iter().map(|stage| stage.iterations).sum()))
     }

@@ -107,7 +107,7 @@ fn zero(
     let ends = [within, without].map(|node| samples.position(&node));
     if samples.is_outer(&without) {
         let position = std::array::from_fn(|axis| 0.5 * (ends[0][axis] + ends[1][axis]));
-        return (Zero { position, reached: true }, true);
+        return (Zero::held(position), true);
     }
     let values = [within, without].map(|node| samples.value(&node));
     (on_segment(function, &ends[0], &ends[1], values, options), false)

@@ -1,6 +1,6 @@
 //! Functions whose zero set is wanted.
 
-use zeroset_bspline::Implicit;
+use zeroset_bspline::{EdgeCubic, Implicit};
 
 /// A continuous function with its gradient; NaN outside its domain.
 ///
@@ -13,6 +13,11 @@ pub trait ImplicitFunction<const D: usize>: Sync {
 
     /// `f(x)` and `∇f(x)`.
     fn value_and_gradient(&self, x: &[f64; D]) -> (f64, [f64; D]);
+
+    /// f and ∇f on an edge of the lattice, if they are cubics there.
+    fn along_edge(&self, _start: &[f64; D], _end: &[f64; D]) -> Option<EdgeCubic<D>> {
+        None
+    }
 }
 
 impl<const D: usize, F: Implicit<D>> ImplicitFunction<D> for F {
@@ -22,5 +27,9 @@ impl<const D: usize, F: Implicit<D>> ImplicitFunction<D> for F {
 
     fn value_and_gradient(&self, x: &[f64; D]) -> (f64, [f64; D]) {
         Implicit::value_and_gradient(self, x)
+    }
+
+    fn along_edge(&self, start: &[f64; D], end: &[f64; D]) -> Option<EdgeCubic<D>> {
+        Implicit::along_edge(self, start, end)
     }
 }

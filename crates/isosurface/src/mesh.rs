@@ -81,28 +81,30 @@ impl TriMesh {
 
     /// Counts components, genus, holes and branches.
     pub fn topology(&self) -> Topology {
-        let mut directed: Vec<(u32, u32)> =
-            self.triangles.iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]).collect();
-        directed.sort_unstable();
-        let non_manifold_edges = directed.windows(2).filter(|pair| pair[0] == pair[1]).count();
-        let boundary: Vec<(u32, u32)> =
-            directed.iter().copied().filter(|&(a, b)| directed.binary_search(&(b, a)).is_err()).collect();
+        let links = Links::new(self.vertices.len(), &self.triangles);
+        let (mut edges, mut used, mut non_manifold_edges, mut non_manifold_vertices) = (0, 0, 0, 0);
+        let mut sets = UnionFind::new(self.vertices.len());
+        let mut joined = 0;
+        let mut boundary = Vec::new();
+        for (a, ring) in links.rings() {
+            used += 1;
+            non_manifold_vertices += usize::from(!is_one_ring(ring));
+            for edge in ring.chunk_by(|x, y| x[0] == y[0]) {
+                let b = edge[0][0];
+                let opposite = find(links.of(b), a).is_some();
+                non_manifold_edges += edge.len() - 1;
+                // From its lower end, if both ends have it.
+                edges += usize::from(a <= b || !opposite);
+                joined += usize::from(sets.join(a as usize, b as usize));
+                if !opposite {
+                    boundary.extend(edge.iter().map(|_| (a, b)));
+                }
+            }
+        }
+        let components = used - joined;
         let boundary_edges = boundary.len();
         let boundary_loops = self.rings(&boundary);
-        let mut edges: Vec<(u32, u32)> = directed.iter().map(|&(a, b)| (a.min(b), a.max(b))).collect();
-        edges.sort_unstable();
-        edges.dedup();
-
-        let mut sets = UnionFind::new(self.vertices.len());
-        let mut used: Vec<u32> = self.triangles.iter().flatten().copied().collect();
-        used.sort_unstable();
-        used.dedup();
-        let mut components = used.len();
-        for &(a, b) in &edges {
-            components -= usize::from(sets.join(a as usize, b as usize));
-        }
-        let euler_characteristic = used.len() as i64 - edges.len() as i64 + self.triangles.len() as i64;
-        let non_manifold_vertices = self.split_vertices();
+        let euler_characteristic = used as i64 - edges as i64 + self.triangles.len() as i64;
         let closed =
             boundary_edges == 0 && non_manifold_edges == 0 && non_manifold_vertices == 0 && !self.triangles.is_empty();
         Topology {
@@ -125,32 +127,65 @@ impl TriMesh {
         used.dedup();
         used.len() - edges.iter().filter(|&&(a, b)| sets.join(a as usize, b as usize)).count()
     }
+}
 
-    /// Vertices whose triangles do not form one ring (or one fan).
-    fn split_vertices(&self) -> usize {
-        // Around vertex a, triangle (a, b, c) leads from b to c.
-        let mut links: Vec<[u32; 3]> =
-            self.triangles.iter().flat_map(|&[a, b, c]| [[a, b, c], [b, c, a], [c, a, b]]).collect();
-        links.sort_unstable();
-        links
-            .chunk_by(|x, y| x[0] == y[0])
-            .filter(|ring| {
-                let follow = |b: u32| ring.binary_search_by_key(&b, |link| link[1]).ok().map(|at| ring[at][2]);
-                // A fan begins at the one that nothing leads to; a ring anywhere.
-                let targets: Vec<u32> = ring.iter().map(|link| link[2]).collect();
-                let start = ring.iter().map(|link| link[1]).find(|b| !targets.contains(b)).unwrap_or(ring[0][1]);
-                let (mut at, mut steps) = (start, 0);
-                while let Some(next) = follow(at) {
-                    steps += 1;
-                    at = next;
-                    if at == start || steps > ring.len() {
-                        break;
-                    }
-                }
-                steps != ring.len()
-            })
-            .count()
+/// Around every vertex a, sorted: each triangle (a, b, c) leads from b to c.
+struct Links {
+    /// Where those of each vertex begin, and the end.
+    starts: Vec<usize>,
+    links: Vec<[u32; 2]>,
+}
+
+impl Links {
+    fn new(vertices: usize, triangles: &[[u32; 3]]) -> Self {
+        let mut starts = vec![0; vertices + 1];
+        triangles.iter().flatten().for_each(|v| starts[*v as usize + 1] += 1);
+        for v in 0..vertices {
+            starts[v + 1] += starts[v];
+        }
+        let mut next = starts.clone();
+        let mut links = vec![[0; 2]; 3 * triangles.len()];
+        for &[a, b, c] in triangles {
+            for (v, link) in [(a, [b, c]), (b, [c, a]), (c, [a, b])] {
+                links[next[v as usize]] = link;
+                next[v as usize] += 1;
+            }
+        }
+        for v in 0..vertices {
+            links[starts[v]..starts[v + 1]].sort_unstable();
+        }
+        Self { starts, links }
     }
+
+    fn of(&self, vertex: u32) -> &[[u32; 2]] {
+        &self.links[self.starts[vertex as usize]..self.starts[vertex as usize + 1]]
+    }
+
+    /// The vertices that triangles use, with their links.
+    fn rings(&self) -> impl Iterator<Item = (u32, &[[u32; 2]])> {
+        (0..self.starts.len() as u32 - 1).map(|v| (v, self.of(v))).filter(|(_, ring)| !ring.is_empty())
+    }
+}
+
+/// Where a vertex's triangle leads to from b.
+fn find(links: &[[u32; 2]], b: u32) -> Option<u32> {
+    links.binary_search_by_key(&b, |link| link[0]).ok().map(|at| links[at][1])
+}
+
+/// Whether the triangles around a vertex form one ring, or one fan.
+fn is_one_ring(links: &[[u32; 2]]) -> bool {
+    // A fan begins at the one that nothing leads to; a ring anywhere.
+    let is_target = |b: u32| links.iter().any(|link| link[1] == b);
+    let start = links.iter().map(|link| link[0]).find(|b| !is_target(*b)).unwrap_or(links[0][0]);
+    let (mut at, mut steps) = (start, 0);
+    while let Some(next) = find(links, at) {
+        steps += 1;
+        at = next;
+        if at == start || steps > links.len() {
+            break;
+        }
+    }
+    steps == links.len()
 }
 
 #[cfg(test)]

@@ -15,6 +15,15 @@ pub(crate) struct Zero<const D: usize> {
     pub(crate) position: [f64; D],
     /// Whether it is on f = 0 to the tolerance, or held off a node; always without a function.
     pub(crate) reached: bool,
+    /// ∇f there, where finding it gave that too.
+    pub(crate) gradient: Option<[f64; D]>,
+}
+
+impl<const D: usize> Zero<D> {
+    /// A place that is as good as can be.
+    pub(crate) fn held(position: [f64; D]) -> Self {
+        Self { position, reached: true, gradient: None }
+    }
 }
 
 /// Where f vanishes between `inside` (f < 0) and `outside` (f ≥ 0). Newton's method along the segment within a shrinking
@@ -29,9 +38,14 @@ pub(crate) fn on_segment<const D: usize>(
 ) -> Zero<D> {
     let at = |t: f64| std::array::from_fn(|axis| inside[axis] + t * (outside[axis] - inside[axis]));
     let mut t = (values[0] / (values[0] - values[1])).clamp(MARGIN, 1.0 - MARGIN);
-    let Some(function) = function else { return Zero { position: at(t), reached: true } };
+    let Some(function) = function else { return Zero::held(at(t)) };
+    let cubic = function.along_edge(inside, outside);
     // The value at t, and the Newton step from there.
     let newton = |t: f64| {
+        if let Some(cubic) = &cubic {
+            let (value, slope) = cubic.value_and_slope(t);
+            return (value, -value / slope);
+        }
         let (value, gradient) = function.value_and_gradient(&at(t));
         (value, -value / (0..D).map(|axis| gradient[axis] * (outside[axis] - inside[axis])).sum::<f64>())
     };
@@ -59,7 +73,7 @@ pub(crate) fn on_segment<const D: usize>(
     if held != t {
         reached = newton(held).1.abs() <= 2.0 * MARGIN;
     }
-    Zero { position: at(held), reached }
+    Zero { position: at(held), reached, gradient: cubic.map(|cubic| cubic.gradient(held)) }
 }
 
 /// Moves a point onto f = 0 by Newton steps along the gradient, kept within a box; the start where no zero is found there.
@@ -80,20 +94,20 @@ pub(crate) fn near<const D: usize>(
             let side = upper[axis] - lower[axis];
             let move_by = -value / square * gradient[axis];
             if !move_by.is_finite() {
-                return Zero { position: start, reached: false };
+                return Zero { position: start, reached: false, gradient: None };
             }
             step = step.max((move_by / side).abs());
             next[axis] = (x[axis] + move_by).clamp(lower[axis] + INSET * side, upper[axis] - INSET * side);
         }
         if step <= options.tolerance {
-            return Zero { position: next, reached: true };
+            return Zero::held(next);
         }
         if next == x {
             break;
         }
         x = next;
     }
-    Zero { position: start, reached: false }
+    Zero { position: start, reached: false, gradient: None }
 }
 
 #[cfg(test)]
@@ -140,7 +154,7 @@ mod tests {
     fn points_stay_in_their_cell() {
         let options = Options::default();
         let to = |zero: f64| near(&Line(|x: f64| (x - zero, 1.0)), [0.5, 0.5], &[0.0; 2], &[1.0; 2], &options);
-        assert_eq!(to(0.25), Zero { position: [0.25, 0.5], reached: true });
-        assert_eq!(to(2.0), Zero { position: [0.5, 0.5], reached: false });
+        assert_eq!(to(0.25), Zero::held([0.25, 0.5]));
+        assert_eq!(to(2.0), Zero { position: [0.5, 0.5], reached: false, gradient: None });
     }
 }

@@ -153,7 +153,7 @@ impl Grid<'_> {
         let zero = if capped {
             // The middle of the short edge across the lattice's face.
             let position = std::array::from_fn(|axis| 0.5 * (ends[0][axis] + ends[1][axis]));
-            Zero { position, reached: true }
+            Zero::held(position)
         } else {
             let values = if is_first { values } else { [values[1], values[0]] };
             on_segment(function, &ends[0], &ends[1], values, options)
@@ -218,7 +218,7 @@ impl Grid<'_> {
                     part.inner.extend(mesh.inner.iter().map(|&start| {
                         let zero = match function {
                             Some(function) if !capped => near(function, start, &ends[0], &ends[1], options),
-                            _ => Zero { position: start, reached: true },
+                            _ => Zero::held(start),
                         };
                         Vertex { zero, capped }
                     }));
@@ -235,8 +235,20 @@ impl Grid<'_> {
 /// `∇f / ‖∇f‖`, or where that is not known (on caps, or without a function) the mean of the triangles around, weighted by
 /// area.
 fn normals(vertices: &[Vertex], triangles: &[[u32; 3]], function: Option<&impl ImplicitFunction<3>>) -> Vec<[f64; 3]> {
-    let mut sums = vec![[0.0; 3]; vertices.len()];
-    for triangle in triangles {
+    let unit = |v: [f64; 3]| {
+        let length = v.iter().map(|x| x * x).sum::<f64>().sqrt();
+        (length.is_finite() && length > 0.0).then(|| v.map(|x| x / length))
+    };
+    let of_function = |vertex: &Vertex| {
+        let function = function.filter(|_| !vertex.capped)?;
+        let position = &vertex.zero.position;
+        unit(vertex.zero.gradient.unwrap_or_else(|| function.value_and_gradient(position).1))
+    };
+    let found: Vec<Option<[f64; 3]>> = vertices.par_iter().map(of_function).collect();
+    // What only triangles can tell.
+    let complete = found.iter().all(Option::is_some);
+    let mut sums = vec![[0.0; 3]; if complete { 0 } else { vertices.len() }];
+    for triangle in if complete { &[] } else { triangles } {
         let [a, b, c] = triangle.map(|v| vertices[v as usize].zero.position);
         let (u, v): ([f64; 3], [f64; 3]) = (std::array::from_fn(|k| b[k] - a[k]), std::array::from_fn(|k| c[k] - a[k]));
         for vertex in triangle {
@@ -245,17 +257,8 @@ fn normals(vertices: &[Vertex], triangles: &[[u32; 3]], function: Option<&impl I
             }
         }
     }
-    let unit = |v: [f64; 3]| {
-        let length = v.iter().map(|x| x * x).sum::<f64>().sqrt();
-        (length.is_finite() && length > 0.0).then(|| v.map(|x| x / length))
+    let normal = |(index, normal): (usize, Option<[f64; 3]>)| {
+        normal.or_else(|| unit(*sums.get(index)?)).unwrap_or([0.0, 0.0, 1.0])
     };
-    vertices
-        .par_iter()
-        .zip(sums)
-        .map(|(vertex, sum)| {
-            let function = function.filter(|_| !vertex.capped);
-            let gradient = function.and_then(|function| unit(function.value_and_gradient(&vertex.zero.position).1));
-            gradient.or_else(|| unit(sum)).unwrap_or([0.0, 0.0, 1.0])
-        })
-        .collect()
+    found.into_iter().enumerate().map(normal).collect()
 }

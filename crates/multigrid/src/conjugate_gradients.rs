@@ -37,6 +37,8 @@ pub struct SolveReport {
     pub right_norm: f64,
     /// Whether the tolerance was reached.
     pub converged: bool,
+    /// `xᵀ A x` of the result, as the residual tells it.
+    pub energy: f64,
 }
 
 impl<const D: usize> Multigrid<D> {
@@ -83,6 +85,7 @@ impl<const D: usize> Multigrid<D> {
             residuals: vec![square.sqrt() / unit],
             right_norm,
             converged: square.sqrt() <= options.tolerance * right_norm,
+            energy: 0.0,
         };
         let mut direction = z.clone();
         while !report.converged && report.iterations < options.most_iterations {
@@ -101,6 +104,7 @@ impl<const D: usize> Multigrid<D> {
             report.residuals.push(square.sqrt() / unit);
             report.converged = square.sqrt() <= options.tolerance * right_norm;
         }
+        report.energy = dot(x, right) - dot(x, &residual);
         report
     }
 }

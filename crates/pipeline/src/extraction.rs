@@ -10,7 +10,7 @@ use crate::error::ReconstructError;
 use crate::reconstruct::Reconstruction;
 use crate::report::{ExtractionReport, StageFigures, StageReport};
 use crate::spacing::{Spacing, distances_to};
-use crate::support::Support;
+use crate::support::{Nearest, Support};
 
 /// Lattices coarser than this are halved once more for extraction: chords over a cell would show.
 const FINE_ENOUGH: usize = 96;
@@ -45,13 +45,14 @@ pub fn extract_surface(reconstruction: &mut Reconstruction<3>) -> Result<(TriMes
         mesh = part;
         onto_zero_set(reconstruction, &mut mesh, kept);
     }
-    let closes = Closes::of(reconstruction, &support, &mesh.vertices, |remote| {
-        let of = |triangle: &[u32; 3]| triangle.map(|v| remote[v as usize]).iter().sum::<f64>() > 3.0;
+    let nearest = support.nearest(&mesh.vertices);
+    let closes = Closes::of(reconstruction, &mesh.vertices, &nearest, || {
+        let of = |triangle: &[u32; 3]| triangle.map(|v| nearest[v as usize].remoteness).iter().sum::<f64>() > 3.0;
         let part: Vec<[u32; 3]> = mesh.triangles.iter().copied().filter(of).collect();
         let remote = TriMesh { vertices: mesh.vertices.clone(), normals: Vec::new(), triangles: part }.area();
         [remote, mesh.area()]
     });
-    let uncovered = uncovered(&points, &mesh.vertices, spacing.typical);
+    let uncovered = uncovered(&points, &mesh.vertices, &nearest, 2.0 * spacing.typical);
     let frame = reconstruction.frame;
     for vertex in &mut mesh.vertices {
         *vertex = frame.to_data(vertex);
@@ -108,7 +109,8 @@ pub fn extract_curve(reconstruction: &mut Reconstruction<2>) -> Result<(Curves, 
         curves = curves.clipped(&lack, speck, hole);
     }
     let all: Vec<[f64; 2]> = curves.loops.iter().chain(&curves.paths).flatten().copied().collect();
-    let closes = Closes::of(reconstruction, &support, &all, |remote| {
+    let nearest = support.nearest(&all);
+    let closes = Closes::of(reconstruction, &all, &nearest, || {
         let mut sums = [0.0; 2];
         let mut first = 0;
         for (line, closed) in curves.loops.iter().map(|l| (l, true)).chain(curves.paths.iter().map(|p| (p, false))) {
@@ -117,7 +119,7 @@ pub fn extract_curve(reconstruction: &mut Reconstruction<2>) -> Result<(Curves, 
                 let (a, b) = (line[i], line[(i + 1) % n]);
                 let length = (b[0] - a[0]).hypot(b[1] - a[1]);
                 sums[1] += length;
-                if remote[first + i] + remote[first + (i + 1) % n] > 2.0 {
+                if nearest[first + i].remoteness + nearest[first + (i + 1) % n].remoteness > 2.0 {
                     sums[0] += length;
                 }
             }
@@ -125,7 +127,7 @@ pub fn extract_curve(reconstruction: &mut Reconstruction<2>) -> Result<(Curves, 
         }
         sums
     });
-    let uncovered = uncovered(&points, &all, spacing.typical);
+    let uncovered = uncovered(&points, &all, &nearest, 2.0 * spacing.typical);
     for vertex in curves.loops.iter_mut().chain(&mut curves.paths).flatten() {
         *vertex = reconstruction.frame.to_data(vertex);
     }
@@ -229,29 +231,40 @@ struct Closes {
 }
 
 impl Closes {
-    /// `measure` gives the extent of the part where the values at the vertices, of which it is told, are above 1, and of all.
+    /// `nearest` has the nearest fitted point of every vertex; `measure` gives the extent of the part where their mean
+    /// remoteness is above 1, and of all.
     fn of<const D: usize>(
         reconstruction: &Reconstruction<D>,
-        support: &Support<D>,
         vertices: &[[f64; D]],
-        measure: impl FnOnce(&[f64]) -> [f64; 2],
+        nearest: &[Nearest],
+        measure: impl FnOnce() -> [f64; 2],
     ) -> Self {
-        let [extent, all] = measure(&support.remoteness(vertices));
+        let [extent, all] = measure();
         let cell = reconstruction.domain.spacing(reconstruction.halvings);
         let spacing = reconstruction.report.input.spacing * reconstruction.frame.scale;
         let reach = (4.0 * spacing).max(2.0 * cell);
-        let far = distances_to(&reconstruction.points, vertices).into_iter().filter(|&d| d > reach).count();
+        // A point that was not fitted may be nearer.
+        let candidates: Vec<[f64; D]> =
+            vertices.iter().zip(nearest).filter(|(_, near)| near.distance > reach).map(|(vertex, _)| *vertex).collect();
+        let far = distances_to(&reconstruction.points, &candidates).into_iter().filter(|&d| d > reach).count();
         let share = if all > 0.0 { extent / all } else { 0.0 };
         Self { extent, share, stray: far as f64 / vertices.len().max(1) as f64 }
     }
 }
 
-/// Share of the points that are farther than two spacings from every vertex.
-fn uncovered<const D: usize>(points: &[[f64; D]], vertices: &[[f64; D]], spacing: f64) -> f64 {
+/// Share of the points that are farther than `reach` from every vertex, each of which has its `nearest` point.
+fn uncovered<const D: usize>(points: &[[f64; D]], vertices: &[[f64; D]], nearest: &[Nearest], reach: f64) -> f64 {
     if vertices.is_empty() {
         return 1.0;
     }
-    let far = distances_to(vertices, points).into_iter().filter(|&d| d > 2.0 * spacing).count();
+    let mut covered = vec![false; points.len()];
+    nearest.iter().filter(|near| near.distance <= reach).for_each(|near| covered[near.sample] = true);
+    // A vertex may cover points beside the one that is nearest to it.
+    let rest: Vec<[f64; D]> = points.iter().zip(&covered).filter(|(_, c)| !**c).map(|(point, _)| *point).collect();
+    if rest.is_empty() {
+        return 0.0;
+    }
+    let far = distances_to(vertices, &rest).into_iter().filter(|&d| d > reach).count();
     far as f64 / points.len() as f64
 }
 

@@ -105,6 +105,9 @@ fn roundness<const D: usize>(points: &[[f64; D]], indices: &[usize]) -> f64 {
 
 /// The distance from each place to the nearest of the points, which must be distinct and finite.
 pub(crate) fn distances_to<const D: usize>(points: &[[f64; D]], places: &[[f64; D]]) -> Vec<f64> {
+    if places.is_empty() {
+        return vec![];
+    }
     let tree = ImmutableKdTree::<f64, D>::new_from_slice(points).expect("points are distinct and finite");
     let nearest = |place| tree.query(place).nearest_one::<SquaredEuclidean<f64>>().execute().distance;
     places.par_iter().map(|place: &[f64; D]| nearest(place).sqrt()).collect()

@@ -35,6 +35,17 @@ pub struct Support<'a, const D: usize> {
     typical: f64,
 }
 
+/// The nearest sample of a place.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Nearest {
+    /// Its index.
+    pub sample: usize,
+    /// How far it is.
+    pub distance: f64,
+    /// The same over the farthest that is supported.
+    pub remoteness: f64,
+}
+
 impl<'a, const D: usize> Support<'a, D> {
     /// The points must be distinct and finite, and at least two.
     pub fn new(points: &'a [[f64; D]], spacing: &Spacing) -> Self {
@@ -60,18 +71,19 @@ impl<'a, const D: usize> Support<'a, D> {
         places.par_iter().map(|place| self.lack_at(place)).collect()
     }
 
-    /// The distance of each place from the nearest sample, over the farthest that is supported.
-    pub fn remoteness(&self, places: &[[f64; D]]) -> Vec<f64> {
-        places.par_iter().map(|place| self.remoteness_at(place)).collect()
+    /// The nearest sample of each place.
+    pub fn nearest(&self, places: &[[f64; D]]) -> Vec<Nearest> {
+        places.par_iter().map(|place| self.nearest_to(place)).collect()
     }
 
-    fn remoteness_at(&self, place: &[f64; D]) -> f64 {
+    fn nearest_to(&self, place: &[f64; D]) -> Nearest {
         let nearest = self.tree.query(place).nearest_one::<SquaredEuclidean<f64>>().execute();
-        nearest.distance.sqrt() / (FARTHEST * self.local[nearest.item as usize])
+        let (distance, sample) = (nearest.distance.sqrt(), nearest.item as usize);
+        Nearest { sample, distance, remoteness: distance / (FARTHEST * self.local[sample]) }
     }
 
     fn lack_at(&self, place: &[f64; D]) -> f64 {
-        let remoteness = self.remoteness_at(place);
+        let remoteness = self.nearest_to(place).remoteness;
         // Far beyond the boundary only the sign matters.
         if remoteness > 2.0 {
             return remoteness - 1.0;
