@@ -41,7 +41,7 @@ const FEW: usize = 3000;
 /// The refinement is done so often again with what it has changed held,
 const ROUNDS: usize = 3;
 /// at this share of the initial shape's values there,
-const HELD: f64 = 0.3;
+const HELD: f64 = 0.6;
 /// unless that is at more places than this share of the points: then these are too sparse for their shape everywhere, and holding f
 /// there would cost more accuracy and time than it brings;
 const MOST_HELD: f64 = 0.01;
@@ -149,7 +149,8 @@ impl<const D: usize> Refinement<'_, D> {
     /// Where the refined function has another topology than the initial shape, with the latter's values. What joins and parts there
     /// does so between the points, of which f̂ knows the sides, while the refined function only has to vanish at them.
     fn changes(&self, initial: &Spline<D>, refined: &HierarchicalSpline<D>) -> Vec<([f64; D], f64)> {
-        // The root mean square, for what is looked at to be in proportion to the points, however uneven they are.
+        // What is looked at is to stay in proportion to the points, however uneven they are: the surface has the area of as many
+        // squares of the spacing's root mean square.
         let squares = self.spacing.local.iter().map(|s| s * s).sum::<f64>();
         let spacing = (squares / self.points.len() as f64).sqrt();
         let cell = self.domain.spacing(self.halvings);
