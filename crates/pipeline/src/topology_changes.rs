@@ -21,6 +21,8 @@ const FLAT: f64 = 0.8;
 const STEEPEST: f64 = 1.2;
 /// Most halvings of the dense lattice's cells.
 const MOST_HALVINGS: u32 = 6;
+/// Most cells, of about a hundred bytes each: where there are more points, only larger changes are found.
+const MOST_CELLS: usize = 2_000_000;
 
 /// Places where `after` has another topology than `before`, with the latter's values; both are about the distance near their
 /// zero sets.
@@ -39,7 +41,8 @@ pub fn topology_changes<const D: usize>(
     let all = 0..shape.iter().product();
     let mut cells = Cells { halvings, keys: all.filter(|key| near(multi_index(*key, &shape))).collect() };
     while cells.side(domain) > SMALLEST * spacing && cells.halvings < halvings + MOST_HALVINGS {
-        cells = cells.halved(before, after, domain, spacing);
+        let Some(halved) = cells.halved(before, after, domain, spacing) else { break };
+        cells = halved;
     }
     let changed = cells.sides(before, after, domain).moved();
     let places = changed.iter().map(|(key, _)| cells.centre(*key, domain));
@@ -67,14 +70,15 @@ impl Cells {
         self.keys.iter().map(|key| self.centre(*key, domain)).collect()
     }
 
-    /// The halves of those cells in which both functions can differ in sign, and not only because the surface has moved.
+    /// The halves of those cells in which both functions can differ in sign, and not only because the surface has moved; none if
+    /// they are too many.
     fn halved<const D: usize>(
         &self,
         before: &impl Implicit<D>,
         after: &impl Implicit<D>,
         domain: &Domain<D>,
         spacing: f64,
-    ) -> Self {
+    ) -> Option<Self> {
         let (shape, next) = (domain.cells(self.halvings), domain.cells(self.halvings + 1));
         let reach = STEEPEST * 0.5 * (D as f64).sqrt() * self.side(domain);
         let turning = self.side(domain) <= TURNING * spacing;
@@ -88,14 +92,18 @@ impl Cells {
                 || a.abs().min(b.abs()) <= reach
                     && !(turning && !is_flat(&before.gradients[i]) && !is_flat(&after.gradients[i]))
         };
-        let mut keys = Vec::new();
-        for key in (0..self.keys.len()).filter(|i| wanted(*i)).map(|i| self.keys[i]) {
+        let chosen: Vec<usize> = (0..self.keys.len()).filter(|i| wanted(*i)).map(|i| self.keys[i]).collect();
+        if chosen.len() << D > MOST_CELLS {
+            return None;
+        }
+        let mut keys = Vec::with_capacity(chosen.len() << D);
+        for key in chosen {
             let index = multi_index(key, &shape);
             for half in 0..1usize << D {
                 keys.push(flat(&std::array::from_fn(|axis| 2 * index[axis] + (half >> axis & 1)), &next));
             }
         }
-        Self { halvings: self.halvings + 1, keys }
+        Some(Self { halvings: self.halvings + 1, keys })
     }
 
     /// The cells where both functions differ in sign, with all such cells that they are connected with, and those around them.
