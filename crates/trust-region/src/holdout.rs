@@ -7,7 +7,7 @@ const LEAST: f64 = 48.0;
 const MOST: f64 = 0.2;
 
 /// For every point whether it is held out: a hash of its coordinates falls below `fraction`. The choice does not depend
-/// on the order of the points, and equal points share their fate.
+/// on the order of the points, nor on that and the directions of the axes, and equal points share their fate.
 pub(crate) fn held_out<const D: usize>(points: &[[f64; D]], fraction: f64, seed: u64) -> Vec<bool> {
     let least = LEAST / points.len() as f64;
     if fraction <= 0.0 || least > MOST {
@@ -19,15 +19,22 @@ pub(crate) fn held_out<const D: usize>(points: &[[f64; D]], fraction: f64, seed:
     if held.iter().all(|&h| h) || held.iter().all(|&h| !h) { vec![false; points.len()] } else { held }
 }
 
-/// The finaliser of SplitMix64 (Steele, Lea and Flood 2014), chained over the bits of the coordinates.
+/// Bits of a coordinate's mantissa that do not count: what other units and another origin leave is rounding.
+const ROUNDING: u32 = 32;
+
+/// The same for points that mirroring or exchanging axes turns into each other, so that a shape in another position has the same
+/// points held out.
 fn hash<const D: usize>(point: &[f64; D], seed: u64) -> u64 {
-    point.iter().fold(seed, |state, x| {
-        // Adding zero makes the two zeros one.
-        let mut z = state.wrapping_add(0x9e37_79b9_7f4a_7c15) ^ (x + 0.0).to_bits();
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    })
+    let sum = point.iter().fold(0u64, |sum, x| sum.wrapping_add(mixed(x.abs().to_bits() >> ROUNDING)));
+    mixed(sum ^ mixed(seed))
+}
+
+/// The finaliser of SplitMix64 (Steele, Lea and Flood 2014).
+fn mixed(bits: u64) -> u64 {
+    let z = bits.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
 }
 
 fn unit_interval(bits: u64) -> f64 {
@@ -54,6 +61,8 @@ mod tests {
         back.reverse();
         assert_eq!(held, back);
         assert_ne!(held, held_out(&points, 0.05, 1), "the seed changes the choice");
+        let turned: Vec<[f64; 2]> = points.iter().map(|p| [-p[1], p[0]]).collect();
+        assert_eq!(held, held_out(&turned, 0.05, 0));
     }
 
     #[test]
