@@ -76,9 +76,28 @@ pub(crate) fn multi_index<const D: usize>(mut flat: usize, shape: &[usize; D]) -
     index
 }
 
+/// The place of an entry in a C-ordered array of `shape`: the inverse of [`multi_index`].
+pub(crate) fn flat_index<const D: usize>(index: &[usize; D], shape: &[usize; D]) -> usize {
+    index.iter().zip(shape).fold(0, |flat, (i, size)| flat * size + i)
+}
+
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
+    use zeroset_bspline::Spline;
+
     use super::*;
+
+    /// A cubic spline whose coefficients are a function's values at the centres of their supports.
+    pub(crate) fn spline<const D: usize>(domain: &Domain<D>, halvings: u32, f: impl Fn([f64; D]) -> f64) -> Spline<D> {
+        let knots = domain.knots(3, halvings).unwrap();
+        let shape = knots.each_ref().map(KnotVector::basis_count);
+        let at = |flat: usize| {
+            let index = multi_index(flat, &shape);
+            f(std::array::from_fn(|axis| knots[axis].knots()[index[axis] + 2]))
+        };
+        let coefficients = (0..shape.iter().product()).map(at).collect();
+        Spline::from_flat(knots, coefficients).unwrap()
+    }
 
     #[test]
     fn the_box_leaves_its_margin_and_nests() {
@@ -99,6 +118,7 @@ mod tests {
             let [i, j, k] = multi_index(flat, &shape);
             assert!(i < 3 && j < 4 && k < 5);
             assert_eq!((i * 4 + j) * 5 + k, flat);
+            assert_eq!(flat_index(&[i, j, k], &shape), flat);
         }
     }
 }

@@ -124,13 +124,19 @@ impl<const D: usize> Refinement<'_, D> {
     /// Level by level where there is a band, otherwise as the paper does it.
     pub fn run(&self, initial: &Spline<D>) -> Refined<D> {
         let Some(band) = self.band else { return self.on_one_lattice(initial) };
-        let normals = if self.points.len() < FEW { vec![] } else { normals(self.f_hat, self.points) };
-        let mut sides = trust_region::Sides { normals, ..trust_region::Sides::default() };
-        let mut refined = self.on_levels(initial, band, &sides)?;
+        let mut sides = trust_region::Sides::default();
+        if self.points.len() < FEW {
+            return self.on_levels(initial, band, &sides);
+        }
+        sides.normals = normals(self.f_hat, self.points);
         let most = (MOST_HELD * self.points.len() as f64) as usize;
-        for _ in 0..if self.points.len() < FEW { 0 } else { ROUNDS } {
+        let mut refined = self.on_levels(initial, band, &sides)?;
+        for _ in 0..ROUNDS {
+            if self.cancel.is_cancelled() {
+                break;
+            }
             let changes = self.changes(initial, &refined.0);
-            if changes.is_empty() || changes.len() > most || self.cancel.is_cancelled() {
+            if changes.is_empty() || changes.len() > most {
                 break;
             }
             info!(

@@ -8,7 +8,7 @@ use zeroset_bspline::{Derivatives, Spline};
 use zeroset_gefm::area_vectors;
 use zeroset_winding::{Options, Tree};
 
-use crate::domain::{Domain, multi_index};
+use crate::domain::{Domain, flat_index, multi_index};
 use crate::error::ReconstructError;
 use crate::spacing::Spacing;
 
@@ -51,15 +51,15 @@ pub fn sign_field<const D: usize>(
     let vectors = area_vectors(&gradients, &areas);
     let options = Options { regularisation: spacing.typical, ..Options::default() };
     let tree = Tree::new(points, options)?;
-    let winding = tree.with_normals(&vectors)?;
+    let number = tree.with_normals(&vectors)?;
     let coarse = Nodes::new(domain, 0);
-    let coarse_winding = winding.evaluate(&coarse.all().map(|flat| coarse.at(flat)).collect::<Vec<_>>())?;
+    let coarse_winding = number.evaluate(&coarse.all().map(|flat| coarse.at(flat)).collect::<Vec<_>>())?;
     let shape = coarse.shape;
     let fine = Nodes::new(domain, halvings);
     let (near, far) = ((NEAR * spacing.typical).max(domain.spacing(halvings)), FAR * domain.spacing);
     let between: Vec<usize> =
         fine.all().zip(distance).filter(|(_, d)| (near..far).contains(*d)).map(|(i, _)| i).collect();
-    let found = winding.evaluate(&between.iter().map(|flat| fine.at(*flat)).collect::<Vec<_>>())?;
+    let found = number.evaluate(&between.iter().map(|flat| fine.at(*flat)).collect::<Vec<_>>())?;
     if let Some(values) = value.as_slice_mut() {
         for (flat, w) in between.into_iter().zip(found) {
             if (w - 0.5).abs() > CLEAR && (values[flat] < 0.0) != (w > 0.5) {
@@ -106,23 +106,22 @@ fn interpolate<const D: usize>(values: &[f64], shape: &[usize; D], node: [usize;
     let cell: [usize; D] = std::array::from_fn(|axis| (node[axis] / steps).min(shape[axis] - 2));
     (0..1usize << D)
         .map(|corner| {
-            let (mut flat, mut weight) = (0, 1.0);
-            for axis in 0..D {
-                let upper = corner >> axis & 1;
-                let t = (node[axis] - cell[axis] * steps) as f64 / steps as f64;
-                flat = flat * shape[axis] + cell[axis] + upper;
-                weight *= if upper == 1 { t } else { 1.0 - t };
-            }
-            weight * values[flat]
+            let upper: [usize; D] = std::array::from_fn(|axis| corner >> axis & 1);
+            let weight: f64 = (0..D)
+                .map(|axis| {
+                    let t = (node[axis] - cell[axis] * steps) as f64 / steps as f64;
+                    if upper[axis] == 1 { t } else { 1.0 - t }
+                })
+                .product();
+            weight * values[flat_index(&std::array::from_fn(|axis| cell[axis] + upper[axis]), shape)]
         })
         .sum()
 }
 
 #[cfg(test)]
 mod tests {
-    use zeroset_bspline::KnotVector;
-
     use super::*;
+    use crate::domain::tests::spline;
 
     #[test]
     fn a_bubble_of_f_hat_that_no_winding_number_confirms_goes() {
@@ -131,15 +130,10 @@ mod tests {
             .map(|(s, c)| [0.5 * c, 0.5 * s])
             .collect();
         let domain = Domain::around(&[1.0, 1.0], 12);
-        let knots = domain.knots(3, 2).unwrap();
-        // A circle with a bubble beside it, nearer than two coarse cells. (Coefficients sit at their functions' centres.)
-        let centre = |axis: usize, k: usize| knots[axis].knots()[k + 2];
+        // A circle with a bubble beside it, nearer than two coarse cells.
         let circle = |x: [f64; 2]| x[0].hypot(x[1]) - 0.5;
         let bubble = |x: [f64; 2]| (x[0] - 0.6).hypot(x[1]) - 0.05;
-        let size = knots.each_ref().map(KnotVector::basis_count);
-        let at = |k: usize| [centre(0, k / size[1]), centre(1, k % size[1])];
-        let coefficients = (0..size[0] * size[1]).map(at).map(|x| circle(x).min(bubble(x))).collect();
-        let f_hat = Spline::from_flat(knots, coefficients).unwrap();
+        let f_hat = spline(&domain, 2, |x| circle(x).min(bubble(x)));
         let nodes = Nodes::new(&domain, 2);
         let exact = |i: usize| circle(nodes.at(i));
         let distance = nodes.all().map(|i| exact(i).abs()).collect();

@@ -9,7 +9,7 @@ use std::collections::HashMap;
 
 use zeroset_bspline::{Derivatives, Implicit};
 
-use crate::domain::{Domain, multi_index};
+use crate::domain::{Domain, flat_index, multi_index};
 
 /// The smallest cells have at most so many spacings: a pierced wall is hardly narrower.
 const SMALLEST: f64 = 0.4;
@@ -100,7 +100,7 @@ impl Cells {
         for key in chosen {
             let index = multi_index(key, &shape);
             for half in 0..1usize << D {
-                keys.push(flat(&std::array::from_fn(|axis| 2 * index[axis] + (half >> axis & 1)), &next));
+                keys.push(flat_index(&std::array::from_fn(|axis| 2 * index[axis] + (half >> axis & 1)), &next));
             }
         }
         Some(Self { halvings: self.halvings + 1, keys })
@@ -155,7 +155,7 @@ impl<const D: usize> Sides<D> {
         (0..3usize.pow(D as u32)).map(move |offset| {
             let step = multi_index(offset, &[3; D]);
             let moved: [usize; D] = std::array::from_fn(|axis| (index[axis] + step[axis]).wrapping_sub(1));
-            moved.iter().zip(&shape).all(|(i, n)| i < n).then(|| flat(&moved, &shape))
+            moved.iter().zip(&shape).all(|(i, n)| i < n).then(|| flat_index(&moved, &shape))
         })
     }
 
@@ -240,28 +240,12 @@ impl Neighbours {
     }
 }
 
-/// The place in C order.
-fn flat<const D: usize>(index: &[usize; D], shape: &[usize; D]) -> usize {
-    index.iter().zip(shape).fold(0, |flat, (i, n)| flat * n + i)
-}
-
 #[cfg(test)]
 mod tests {
     use zeroset_bspline::Spline;
 
     use super::*;
-
-    /// A spline whose coefficients are a function's values at the centres of their supports.
-    fn spline<const D: usize>(domain: &Domain<D>, halvings: u32, f: impl Fn([f64; D]) -> f64) -> Spline<D> {
-        let knots = domain.knots(3, halvings).unwrap();
-        let shape: [usize; D] = std::array::from_fn(|axis| knots[axis].basis_count());
-        let at = |flat: usize| {
-            let index = multi_index(flat, &shape);
-            f(std::array::from_fn(|axis| knots[axis].knots()[index[axis] + 2]))
-        };
-        let coefficients = (0..shape.iter().product()).map(at).collect();
-        Spline::from_flat(knots, coefficients).unwrap()
-    }
+    use crate::domain::tests::spline;
 
     #[test]
     fn moved_surfaces_are_no_change_but_holes_bridges_and_specks_are() {
