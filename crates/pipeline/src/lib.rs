@@ -59,6 +59,7 @@ mod samples_around;
 mod sign;
 mod sign_field;
 mod spacing;
+mod strays;
 mod support;
 mod thinning;
 mod topology_changes;

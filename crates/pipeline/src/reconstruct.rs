@@ -145,8 +145,11 @@ pub fn reconstruct_watched<const D: usize>(
         }
         Ok(((phi, off), StageFigures::Sign(report)))
     })?;
-    let (fitted, fitted_spacing) = without(&heard, &off, spacing.clone());
-    outliers.iter_mut().filter(|outlier| !**outlier).zip(off).for_each(|(outlier, off)| *outlier = off);
+    let (mut fitted, mut fitted_spacing) = without(&heard, &off, spacing.clone());
+    let mut name_outliers = |found: Vec<bool>| {
+        outliers.iter_mut().filter(|outlier| !**outlier).zip(found).for_each(|(outlier, found)| *outlier = found);
+    };
+    name_outliers(off);
 
     let knots = domain.knots(options.degree, halvings)?;
     let initial = road.stage("initial-shape", || {
@@ -170,8 +173,11 @@ pub fn reconstruct_watched<const D: usize>(
             smoothing: options.smoothing.map(|length| length * frame.scale),
             cancel: &watch.cancel,
         };
-        let spline =
-            road.stage(if band.is_some() { "refinement" } else { "dense-refinement" }, || settings.run(&initial))?;
+        let (spline, stray) = road.stage(if band.is_some() { "refinement" } else { "dense-refinement" }, || {
+            settings.run(&initial).map(|((spline, figures), stray)| ((spline, stray), figures))
+        })?;
+        (fitted, fitted_spacing) = without(&fitted, &stray, fitted_spacing);
+        name_outliers(stray);
         (spline, Some(initial))
     } else {
         (HierarchicalSpline::new(initial)?, None)

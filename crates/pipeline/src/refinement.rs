@@ -13,6 +13,7 @@ use crate::domain::Domain;
 use crate::error::ReconstructError;
 use crate::report::StageFigures;
 use crate::spacing::Spacing;
+use crate::strays::strays;
 use crate::topology_changes::topology_changes;
 
 /// Cells on the finest level, in spacings of the points there. (Finer ones bring less than they cost.)
@@ -45,6 +46,8 @@ const HELD: f64 = 0.6;
 /// unless that is at more places than this share of the points: then these are too sparse for their shape everywhere, and holding f
 /// there would cost more accuracy and time than it brings;
 const MOST_HELD: f64 = 0.01;
+/// As few points are dropped because the function has come to nothing around them;
+const MOST_STRAYS: f64 = 0.01;
 /// and changes are looked for so many spacings or cells, whatever is larger, around the points.
 const CHANGES: f64 = 2.0;
 
@@ -118,38 +121,57 @@ pub fn band<const D: usize>(
     Ok(CellBand::new(&domain.knots(3, halvings)?, points, &levels, [near, BAND])?)
 }
 
-type Refined<const D: usize> = Result<(HierarchicalSpline<D>, StageFigures), ReconstructError>;
+/// A refined function with its figures.
+type Function<const D: usize> = (HierarchicalSpline<D>, StageFigures);
+type Refined<const D: usize> = Result<Function<D>, ReconstructError>;
 
 impl<const D: usize> Refinement<'_, D> {
-    /// Level by level where there is a band, otherwise as the paper does it.
-    pub fn run(&self, initial: &Spline<D>) -> Refined<D> {
-        let Some(band) = self.band else { return self.on_one_lattice(initial) };
-        let mut sides = trust_region::Sides::default();
+    /// Level by level where there is a band, otherwise as the paper does it. Also says which points were not fitted in the end.
+    pub fn run(&self, initial: &Spline<D>) -> Result<(Function<D>, Vec<bool>), ReconstructError> {
+        let mut stray = vec![false; self.points.len()];
+        let Some(band) = self.band else { return Ok((self.on_one_lattice(initial)?, stray)) };
+        let (mut sides, mut areas) = (trust_region::Sides::default(), self.spacing.areas.clone());
         if self.points.len() < FEW {
-            return self.on_levels(initial, band, &sides);
+            return Ok((self.on_levels(initial, band, &sides, &areas)?, stray));
         }
         sides.normals = normals(self.f_hat, self.points);
-        let most = (MOST_HELD * self.points.len() as f64) as usize;
-        let mut refined = self.on_levels(initial, band, &sides)?;
+        let most = |share: f64| (share * self.points.len() as f64) as usize;
+        let mut refined = self.on_levels(initial, band, &sides, &areas)?;
         for _ in 0..ROUNDS {
             if self.cancel.is_cancelled() {
                 break;
             }
-            let changes = self.changes(initial, &refined.0);
-            if changes.is_empty() || changes.len() > most {
+            let mut changes = self.changes(initial, &refined.0);
+            changes.truncate(if changes.len() > most(MOST_HELD) { 0 } else { changes.len() });
+            let mut dropped = self.strays(&refined.0, &stray);
+            dropped.truncate(if dropped.len() > most(MOST_STRAYS) { 0 } else { dropped.len() });
+            if changes.is_empty() && dropped.is_empty() {
                 break;
             }
             info!(
                 places = changes.len(),
-                "refinement has changed the topology, and is done again with these places held"
+                points = dropped.len(),
+                "refinement has changed the topology, and is done again with these places held and without these points"
             );
             for (place, value) in changes {
                 sides.places.push(place);
                 sides.bounds.push(HELD * value);
             }
-            refined = self.on_levels(initial, band, &sides)?;
+            for index in dropped {
+                (stray[index], areas[index]) = (true, 0.0);
+            }
+            refined = self.on_levels(initial, band, &sides, &areas)?;
         }
-        Ok(refined)
+        Ok((refined, stray))
+    }
+
+    /// Points with a speck to themselves that are not `known`; none where the points are noisy, and not fitted closely.
+    fn strays(&self, refined: &HierarchicalSpline<D>, known: &[bool]) -> Vec<usize> {
+        if self.noise > NOISY * self.spacing.typical {
+            return Vec::new();
+        }
+        let found = strays(refined, self.points, &self.spacing.local);
+        (0..found.len()).filter(|i| found[*i] && !known[*i]).collect()
     }
 
     /// Where the refined function has another topology than the initial shape, with the latter's values. What joins and parts there
@@ -165,7 +187,13 @@ impl<const D: usize> Refinement<'_, D> {
     }
 
     /// Level by level. For cubics.
-    fn on_levels(&self, initial: &Spline<D>, band: &CellBand<D>, sides: &trust_region::Sides<D>) -> Refined<D> {
+    fn on_levels(
+        &self,
+        initial: &Spline<D>,
+        band: &CellBand<D>,
+        sides: &trust_region::Sides<D>,
+        areas: &[f64],
+    ) -> Refined<D> {
         let (spacing, cell) = (self.spacing.typical, self.domain.spacing(self.halvings));
         let noise = (self.noise > NOISY * spacing).then_some(self.noise);
         let first =
@@ -180,17 +208,16 @@ impl<const D: usize> Refinement<'_, D> {
             cancel: self.cancel.clone(),
             ..trust_region::LevelOptions::for_spacing::<D>(spacing)
         };
-        if self.points.len() < FEW {
-            // So few are held out that their error may turn by chance.
-            settings.patience = 4;
-        }
+        // One more step after the held-out error has turned costs as much as all that it could still gain; but of few
+        // points so few are held out that their error may turn by chance.
+        settings.patience = if self.points.len() < FEW { 4 } else { 1 };
         if let Some(length) = self.smoothing {
             settings.smoothing_length = length.max(first);
             settings.smallest_smoothing_length = length;
             (settings.noise, settings.holdout) = (None, 0.0);
         }
-        let areas = Some(&self.spacing.areas[..]);
-        let (spline, report) = trust_region::refine_levels(self.points, areas, Some(sides), initial, band, &settings)?;
+        let (spline, report) =
+            trust_region::refine_levels(self.points, Some(areas), Some(sides), initial, band, &settings)?;
         Ok((spline, StageFigures::Refinement(report)))
     }
 

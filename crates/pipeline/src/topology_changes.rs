@@ -5,18 +5,17 @@
 //! topology (Bertrand and Malandain 1994). Where the surface has only moved all of them go; where it has pierced a wall,
 //! bridged a gap, or made a speck, some are left (as in the topology-preserving level sets of Han, Xu and Prince 2003).
 
-use std::collections::HashMap;
-
+use rustc_hash::FxHashMap;
 use zeroset_bspline::{Derivatives, Implicit};
 
 use crate::domain::{Domain, flat_index, multi_index};
 
 /// The smallest cells have at most so many spacings: a pierced wall is hardly narrower.
 const SMALLEST: f64 = 0.4;
-/// Of cells no larger than so many spacings only those are halved where a slope is below the second: between two parts of the
-/// surface that are near each other a function has to turn.
-const TURNING: f64 = 0.8;
-const FLAT: f64 = 0.8;
+/// Of cells no larger than so many spacings only those are halved where a slope on the straight way from one function to the
+/// other is below the second: where the topology changes on that way, the slope vanishes.
+const TURNING: f64 = 1.1;
+const FLAT: f64 = 0.5;
 /// Slopes near the surface are hardly greater.
 const STEEPEST: f64 = 1.2;
 /// Most halvings of the dense lattice's cells.
@@ -28,7 +27,7 @@ const MOST_CELLS: usize = 2_000_000;
 /// zero sets.
 ///
 /// Looked at are those of the lattice's cells after `halvings` that are `near`, given by their lowest corner, and those that are
-/// connected with what has changed there; `spacing` is that of the points. All in frame units.
+/// connected with what has moved there; `spacing` is that of the points. All in frame units.
 pub fn topology_changes<const D: usize>(
     before: &impl Implicit<D>,
     after: &impl Implicit<D>,
@@ -44,7 +43,12 @@ pub fn topology_changes<const D: usize>(
         let Some(halved) = cells.halved(before, after, domain, spacing) else { break };
         cells = halved;
     }
-    let changed = cells.sides(before, after, domain).moved();
+    // The sides of the moves are cut off where the slopes are steep; what is left then is looked at with all of its surroundings.
+    let mut changed = cells.sides(before, after, domain, FLAT).moved();
+    if !changed.is_empty() {
+        cells.keys = changed.iter().map(|(key, _)| *key).collect();
+        changed = cells.sides(before, after, domain, f64::INFINITY).moved();
+    }
     let places = changed.iter().map(|(key, _)| cells.centre(*key, domain));
     places.zip(changed.iter().map(|(_, value)| *value)).collect()
 }
@@ -70,8 +74,7 @@ impl Cells {
         self.keys.iter().map(|key| self.centre(*key, domain)).collect()
     }
 
-    /// The halves of those cells in which both functions can differ in sign, and not only because the surface has moved; none if
-    /// they are too many.
+    /// The halves of those cells in which the functions can differ in topology; none if they are too many.
     fn halved<const D: usize>(
         &self,
         before: &impl Implicit<D>,
@@ -85,12 +88,10 @@ impl Cells {
         let derivatives = if turning { Derivatives::Gradient } else { Derivatives::Value };
         let centres = self.centres(domain);
         let [before, after] = [before.evaluate(&centres, derivatives), after.evaluate(&centres, derivatives)];
-        let is_flat = |g: &[f64; D]| g.iter().map(|g| g * g).sum::<f64>() < FLAT * FLAT;
         let wanted = |i: usize| {
             let (a, b) = (before.values[i], after.values[i]);
-            (a < 0.0) != (b < 0.0)
-                || a.abs().min(b.abs()) <= reach
-                    && !(turning && !is_flat(&before.gradients[i]) && !is_flat(&after.gradients[i]))
+            let crossed = (a < 0.0) != (b < 0.0) || a.abs().min(b.abs()) <= reach;
+            crossed && !(turning && flattest(&before.gradients[i], &after.gradients[i]) > FLAT)
         };
         let chosen: Vec<usize> = (0..self.keys.len()).filter(|i| wanted(*i)).map(|i| self.keys[i]).collect();
         if chosen.len() << D > MOST_CELLS {
@@ -106,44 +107,59 @@ impl Cells {
         Some(Self { halvings: self.halvings + 1, keys })
     }
 
-    /// The cells where both functions differ in sign, with all such cells that they are connected with, and those around them.
+    /// The cells where both functions differ in sign, with all such cells that they are connected with through such cells
+    /// where the slope is at most `steepest` on the way from one to the other, and those around them.
     fn sides<const D: usize>(
         &self,
         before: &impl Implicit<D>,
         after: &impl Implicit<D>,
         domain: &Domain<D>,
+        steepest: f64,
     ) -> Sides<D> {
-        let mut sides = Sides { shape: domain.cells(self.halvings), inside: HashMap::new(), moving: Vec::new() };
+        let mut sides = Sides { shape: domain.cells(self.halvings), inside: FxHashMap::default(), moving: Vec::new() };
         let mut cells = Self { keys: self.keys.clone(), ..*self };
         while !cells.keys.is_empty() {
             let centres = cells.centres(domain);
-            let first = before.evaluate(&centres, Derivatives::Value).values;
-            let second = after.evaluate(&centres, Derivatives::Value).values;
-            let known = sides.moving.len();
-            for ((key, a), b) in cells.keys.iter().zip(first).zip(second) {
+            let first = before.evaluate(&centres, Derivatives::Gradient);
+            let second = after.evaluate(&centres, Derivatives::Gradient);
+            let (mut flat, begun) = (Vec::new(), !sides.moving.is_empty());
+            for (i, key) in cells.keys.iter().enumerate() {
+                let (a, b) = (first.values[i], second.values[i]);
                 let moves = (a < 0.0) != (b < 0.0);
                 if moves {
                     sides.moving.push((*key, a, b));
+                    if flattest(&first.gradients[i], &second.gradients[i]) <= steepest {
+                        flat.push(*key);
+                    }
                 }
                 // Of the first cells those that stay are looked at again if one beside them moves.
-                if moves || known > 0 {
+                if moves || begun {
                     sides.inside.insert(*key, a < 0.0);
                 }
             }
-            let around = sides.moving[known..].iter().flat_map(|(key, _, _)| sides.around(*key)).flatten();
-            cells.keys = around.filter(|key| !sides.inside.contains_key(key)).collect();
-            cells.keys.sort_unstable();
-            cells.keys.dedup();
+            cells.keys = sides.unknown_around(flat.into_iter());
         }
+        cells.keys = sides.unknown_around(sides.moving.iter().map(|(key, _, _)| *key));
+        let values = before.evaluate(&cells.centres(domain), Derivatives::Value).values;
+        sides.inside.extend(cells.keys.iter().copied().zip(values.iter().map(|value| *value < 0.0)));
         sides
     }
+}
+
+/// The shortest vector on the segment between two.
+fn flattest<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {
+    let way: [f64; D] = std::array::from_fn(|axis| b[axis] - a[axis]);
+    let dot = |a: &[f64; D], b: &[f64; D]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let t = (-dot(a, &way) / dot(&way, &way).max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+    let nearest: [f64; D] = std::array::from_fn(|axis| a[axis] + t * way[axis]);
+    dot(&nearest, &nearest).sqrt()
 }
 
 /// On which side cells are.
 struct Sides<const D: usize> {
     shape: [usize; D],
     /// The cells that differ and those around them, on the side where they are now.
-    inside: HashMap<usize, bool>,
+    inside: FxHashMap<usize, bool>,
     /// The cells that are to move, with both functions there.
     moving: Vec<(usize, f64, f64)>,
 }
@@ -157,6 +173,15 @@ impl<const D: usize> Sides<D> {
             let moved: [usize; D] = std::array::from_fn(|axis| (index[axis] + step[axis]).wrapping_sub(1));
             moved.iter().zip(&shape).all(|(i, n)| i < n).then(|| flat_index(&moved, &shape))
         })
+    }
+
+    /// The cells around some whose side is not known, in order.
+    fn unknown_around(&self, keys: impl Iterator<Item = usize>) -> Vec<usize> {
+        let around = keys.flat_map(|key| self.around(key)).flatten();
+        let mut unknown: Vec<usize> = around.filter(|key| !self.inside.contains_key(key)).collect();
+        unknown.sort_unstable();
+        unknown.dedup();
+        unknown
     }
 
     /// Moves all cells that can be, those first where the second function is surest; gives those that are left with the first one's
