@@ -1,10 +1,11 @@
-//! Project tasks: `cargo xtask bench`, `cargo xtask ci`, `cargo xtask compare`, `cargo xtask golden`, `cargo xtask paper`,
-//! `cargo xtask sample`.
+//! Project tasks: `cargo xtask bench`, `cargo xtask ci`, `cargo xtask compare`, `cargo xtask golden`,
+//! `cargo xtask manual`, `cargo xtask paper`, `cargo xtask sample`.
 
 mod bench;
 mod ci;
 mod compare;
 mod golden;
+mod manual;
 mod paper;
 mod sample;
 
@@ -36,6 +37,8 @@ enum Task {
         #[arg(long)]
         regenerate: bool,
     },
+    /// Write the manual pages and completions of the command line anew: docs/man, docs/completions.
+    Manual,
     /// Redo the paper: Table 1, the figures, its claim measured. Writes docs/paper.
     Paper,
     /// Draw random points from a triangle mesh, uniform by area: inputs of known shape, of any size.
@@ -50,6 +53,7 @@ fn main() -> ExitCode {
         Task::Compare(arguments) => compare::run(&root, &arguments),
         Task::Golden { regenerate: false } => golden::check(&root),
         Task::Golden { regenerate: true } => golden::regenerate(&root),
+        Task::Manual => manual::run(&root),
         Task::Paper if cfg!(debug_assertions) => in_release("paper"),
         Task::Paper => paper::run(&root),
         Task::Sample(arguments) => sample::run(&arguments),
