@@ -1,9 +1,10 @@
-//! Project tasks: `cargo xtask bench`, `cargo xtask ci`, `cargo xtask compare`, `cargo xtask golden`,
+//! Project tasks: `cargo xtask bench`, `cargo xtask ci`, `cargo xtask compare`, `cargo xtask foreign`, `cargo xtask golden`,
 //! `cargo xtask manual`, `cargo xtask paper`, `cargo xtask sample`.
 
 mod bench;
 mod ci;
 mod compare;
+mod foreign;
 mod golden;
 mod manual;
 mod paper;
@@ -31,6 +32,8 @@ enum Task {
     Ci,
     /// Run the release binary over folders of cases and write a table of what came out.
     Compare(compare::Arguments),
+    /// Open every format that is written with other programs; those that checks/setup.sh has not installed are skipped.
+    Foreign,
     /// Compare with the golden data of SciPy, trimesh and scikit-image.
     Golden {
         /// Make fixtures and golden data anew first (needs Python and npm).
@@ -51,6 +54,7 @@ fn main() -> ExitCode {
         Task::Bench(arguments) => bench::run(&root, &arguments),
         Task::Ci => ci::run(),
         Task::Compare(arguments) => compare::run(&root, &arguments),
+        Task::Foreign => foreign::run(&root),
         Task::Golden { regenerate: false } => golden::check(&root),
         Task::Golden { regenerate: true } => golden::regenerate(&root),
         Task::Manual => manual::run(&root),
