@@ -7,6 +7,7 @@
 //!
 //! **Not here.** A library to reconstruct with: that is `zeroset`.
 
+mod advice;
 mod arguments;
 mod carried;
 mod eval;
@@ -43,7 +44,7 @@ pub fn command() -> clap::Command {
 
 /// Runs the command that the process was started with, and says how it ended.
 pub fn main() -> ExitCode {
-    let arguments = Arguments::parse();
+    let arguments = Arguments::try_parse().unwrap_or_else(|error| advice::on_usage(error).exit());
     let say = Say::new(arguments.quiet);
     let level = match (arguments.quiet, say.has_bar()) {
         (true, _) => tracing::Level::ERROR,

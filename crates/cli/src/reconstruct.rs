@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use zeroset::{ReconstructError, Reconstruction, extract_curve, extract_surface};
 use zeroset_io::{OutputKind, Points};
 
+use crate::advice;
 use crate::arguments::{Distance, Reconstruct, Topology};
 use crate::carried::Carried;
 use crate::failure::Failure;
@@ -21,19 +22,24 @@ pub fn run(arguments: &Reconstruct, say: &Say) -> Result<(), Failure> {
     say.begin(7 + u64::from(!arguments.no_refine));
     let points = say.stage("reading", || points::read(&arguments.points, arguments.format))?;
     for (path, kind) in &kinds {
-        let problem = match (points.dimension(), kind) {
-            (zeroset_io::Dimension::Two, OutputKind::Mesh) => {
-                "a mesh, but the points have two columns: write .svg, .json, .csv or .dxf"
-            }
-            (zeroset_io::Dimension::Three, OutputKind::Curve) => {
-                "a curve, but the points have three columns: write .ply, .obj, .stl or .glb"
-            }
+        let (problem, tip) = match (points.dimension(), kind) {
+            (zeroset_io::Dimension::Two, OutputKind::Mesh) => (
+                "a mesh, but the points have two columns",
+                "for a curve write .svg, .json, .csv or .dxf; for a surface every row needs x, y and z",
+            ),
+            (zeroset_io::Dimension::Three, OutputKind::Curve) => (
+                "a curve, but the points have three columns",
+                "for a surface write .ply, .obj, .stl or .glb; points in the plane have two columns",
+            ),
             _ => continue,
         };
-        return Err(Failure::usage(format!("{} would be {problem}", path.display())));
+        return Err(Failure::usage(format!("{} would be {problem}", path.display())).with_tip(tip));
     }
     let options = options(arguments);
     say.line(format_args!("{}: {} points", arguments.points.display(), points.len()));
+    if let Some(note) = advice::mesh_note(&arguments.points, arguments.format, points.len()) {
+        say.line(note);
+    }
     match points {
         Points::Two(set) => {
             let mut result = reconstruct(arguments, &set.points, &options, say)?;
@@ -91,7 +97,8 @@ fn reconstruct<const D: usize>(
 fn check_outputs(arguments: &Reconstruct) -> Result<Vec<(PathBuf, OutputKind)>, Failure> {
     let mut kinds = Vec::new();
     for path in &arguments.output {
-        kinds.push((path.clone(), OutputKind::of(path).map_err(Failure::usage)?));
+        let kind = OutputKind::of(path).map_err(|error| advice::no_output(&arguments.points, path, error))?;
+        kinds.push((path.clone(), kind));
     }
     if let Some(path) = &arguments.oriented {
         zeroset_io::extension_among(path, zeroset_io::ORIENTED_EXTENSIONS).map_err(Failure::usage)?;
@@ -112,6 +119,12 @@ fn check_outputs(arguments: &Reconstruct) -> Result<Vec<(PathBuf, OutputKind)>, 
         if path.is_dir() {
             return Err(Failure::output(format!("{} is a folder: give a file name", path.display())));
         }
+        if advice::same_file(path, &arguments.points) {
+            let problem = format!("{} would be written over the points themselves", path.display());
+            return Err(Failure::usage(problem).with_tip("give the output another name"));
+        }
+        zeroset_io::check_writable(path)
+            .map_err(|error| Failure::writing(error).with_tip("choose a folder that you may write to"))?;
     }
     Ok(kinds)
 }

@@ -88,7 +88,7 @@ pub use ply_cloud::write_points;
 pub use point_format::{PointFormat, parse_points};
 pub use points::{Dimension, PointSet, Points, read_points, read_points_as};
 pub use read_error::{Malformed, Place, ReadError};
-pub use replace_file::abandon_writes;
+pub use replace_file::{abandon_writes, check_writable};
 pub use report::{write_page, write_report};
 pub use spline::{SPLINE_VERSION, SplineFile, parse_spline, read_spline, write_spline};
 pub use spline_level::SplineLevel;
