@@ -52,7 +52,9 @@ impl Thinned {
 
     fn merged_in(&self, side: f64) -> Self {
         let mut cubes: HashMap<[i64; 3], u32> = HashMap::new();
-        let (mut sums, mut normals): (Vec<([f64; 3], f64)>, Vec<[f64; 3]>) = (Vec::new(), Vec::new());
+        // Sums of the vertices in each cube, and how many there are; sums of their normals.
+        let mut sums: Vec<([f64; 3], f64)> = Vec::new();
+        let mut normals: Vec<[f64; 3]> = Vec::new();
         let mut cube_of = Vec::with_capacity(self.vertices.len());
         for (vertex, normal) in self.vertices.iter().zip(&self.normals) {
             let cube = vertex.map(|c| (c / side).floor() as i64);

@@ -86,8 +86,10 @@ fn octahedral(normal: [f64; 3]) -> [i8; 2] {
 mod tests {
     use super::*;
 
-    /// A wavy sheet of `2 n²` triangles, far from the origin.
-    fn sheet(n: u32) -> (Vec<[f64; 3]>, Vec<[f64; 3]>, Vec<[u32; 3]>) {
+    type Triples<T> = Vec<[T; 3]>;
+
+    /// Vertices and triangles of a wavy sheet of `2 n²` triangles, far from the origin, and normals that will do.
+    fn sheet(n: u32) -> (Triples<f64>, Triples<u32>, Triples<f64>) {
         let at = |k: u32| f64::from(k) / f64::from(n);
         let vertices = (0..=n).flat_map(|i| (0..=n).map(move |j| (i, j)));
         let vertices: Vec<[f64; 3]> = vertices.map(|(i, j)| [5e6 + at(i), at(j), 0.1 * (9.0 * at(i)).sin()]).collect();
@@ -96,13 +98,13 @@ mod tests {
             let [a, b, c, d] = [corner(i, j), corner(i + 1, j), corner(i, j + 1), corner(i + 1, j + 1)];
             [[a, b, d], [a, d, c]]
         });
-        let triangles = triangles.collect();
-        (vertices.clone(), vec![[0.0, 0.0, 1.0]; vertices.len()], triangles)
+        let normals = vec![[0.0, 0.0, 1.0]; vertices.len()];
+        (vertices, triangles.collect(), normals)
     }
 
     #[test]
     fn what_is_decoded_is_what_was_given() {
-        let (vertices, normals, triangles) = sheet(9);
+        let (vertices, triangles, normals) = sheet(9);
         let points = [[5e6 - 1.0, 0.0, 0.0], [5e6, 2.0, 0.0]];
         let surface = Surface { vertices: &vertices, normals: &normals, triangles: &triangles, points: &points };
         let data = ViewData::of(&surface).unwrap();
@@ -162,7 +164,7 @@ mod tests {
 
     #[test]
     fn a_huge_surface_is_thinned_and_the_page_stays_small() {
-        let (vertices, normals, triangles) = sheet(900);
+        let (vertices, triangles, normals) = sheet(900);
         assert!(triangles.len() > 3 * MOST_TRIANGLES);
         let points = vec![[5e6, 0.0, 0.0]; 250_001];
         let surface = Surface { vertices: &vertices, normals: &normals, triangles: &triangles, points: &points };
