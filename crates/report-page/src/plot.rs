@@ -163,10 +163,15 @@ impl Plot<'_> {
                 let all = powers.flat_map(|power| shares.iter().map(move |share| share * 10f64.powi(power)));
                 all.filter(|tick| (low..=high).contains(&tick.log10())).collect()
             };
-            let shares: [&[f64]; 4] =
-                [&[1.0], &[1.0, 3.0], &[1.0, 2.0, 5.0], &[1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0]];
+            let shares: [&[f64]; 5] = [
+                &[1.0],
+                &[1.0, 3.0],
+                &[1.0, 2.0, 5.0],
+                &[1.0, 1.5, 2.0, 3.0, 5.0, 7.0],
+                &[1.0, 1.2, 1.4, 1.6, 1.8, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0],
+            ];
             let enough = shares.into_iter().map(ticks).find(|ticks| ticks.len() >= 3);
-            return enough.unwrap_or_else(|| ticks(shares[3]));
+            return enough.unwrap_or_else(|| ticks(shares[4]));
         }
         let rough = (high - low) / 5.0;
         let power = 10f64.powf(rough.log10().floor());

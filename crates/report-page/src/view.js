@@ -134,7 +134,7 @@
   let azimuth, elevation, zoom, shiftX, shiftY;
   function look(name) {
     [azimuth, elevation] = VIEWS[name];
-    [zoom, shiftX, shiftY] = [1.35, 0, 0];
+    [zoom, shiftX, shiftY] = [1.2, 0, 0];
     redraw();
   }
 
