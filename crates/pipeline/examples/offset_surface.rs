@@ -1,7 +1,8 @@
 //! A surface a little farther out and one a little farther in: `cargo run --release -p zeroset --example offset_surface`.
 //!
 //! Near the surface f is close to the distance, so that f = d is the surface moved outwards by d. It is so within a few spacings of
-//! the points; farther away f is no distance any more.
+//! the points; farther away f is no distance any more. Inwards d must stay well below half the thinnest wall, which is 0.06 thick
+//! here: f is flat in its middle, and the wall would open too early.
 
 use std::error::Error;
 
@@ -14,7 +15,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let shape = reconstruct(&set.points, &Options::default())?;
     let (origin, f) = shape.in_data_units()?;
 
-    for distance in [-0.03, 0.0, 0.03] {
+    for distance in [-0.01, 0.0, 0.01] {
         let moved = f.plus_constant(-distance)?;
         // Cells of the dense lattice, halved once.
         let (mut mesh, _) = isosurface::surface_of(&moved, 1, &Default::default())?;
