@@ -1,10 +1,12 @@
-//! Project tasks: `cargo xtask bench`, `cargo xtask ci`, `cargo xtask compare`, `cargo xtask golden`, `cargo xtask paper`,
-//! `cargo xtask sample`.
+//! Project tasks: `cargo xtask bench`, `cargo xtask ci`, `cargo xtask compare`, `cargo xtask foreign`, `cargo xtask golden`,
+//! `cargo xtask manual`, `cargo xtask paper`, `cargo xtask sample`.
 
 mod bench;
 mod ci;
 mod compare;
+mod foreign;
 mod golden;
+mod manual;
 mod paper;
 mod sample;
 
@@ -30,12 +32,16 @@ enum Task {
     Ci,
     /// Run the release binary over folders of cases and write a table of what came out.
     Compare(compare::Arguments),
+    /// Open every format that is written with other programs; those that checks/setup.sh has not installed are skipped.
+    Foreign,
     /// Compare with the golden data of SciPy, trimesh and scikit-image.
     Golden {
         /// Make fixtures and golden data anew first (needs Python and npm).
         #[arg(long)]
         regenerate: bool,
     },
+    /// Write the manual pages and completions of the command line anew: docs/man, docs/completions.
+    Manual,
     /// Redo the paper: Table 1, the figures, its claim measured. Writes docs/paper.
     Paper,
     /// Draw random points from a triangle mesh, uniform by area: inputs of known shape, of any size.
@@ -48,8 +54,10 @@ fn main() -> ExitCode {
         Task::Bench(arguments) => bench::run(&root, &arguments),
         Task::Ci => ci::run(),
         Task::Compare(arguments) => compare::run(&root, &arguments),
+        Task::Foreign => foreign::run(&root),
         Task::Golden { regenerate: false } => golden::check(&root),
         Task::Golden { regenerate: true } => golden::regenerate(&root),
+        Task::Manual => manual::run(&root),
         Task::Paper if cfg!(debug_assertions) => in_release("paper"),
         Task::Paper => paper::run(&root),
         Task::Sample(arguments) => sample::run(&arguments),

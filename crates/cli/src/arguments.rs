@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap_complete::Shell;
 use zeroset_io::PointFormat;
 use zeroset_render::{Size, Up};
 
@@ -30,7 +31,8 @@ pub struct Arguments {
 pub enum Command {
     /// Reconstruct a curve or surface from points, closed or open
     #[command(after_help = "Examples:\n  zeroset reconstruct scan.ply -o surface.ply\n  \
-                            zeroset reconstruct outline.xy -o outline.svg -o function.npz --report report.json")]
+                            zeroset reconstruct outline.xy -o outline.svg -o function.npz --report report.json\n  \
+                            zeroset reconstruct scan.ply -o surface.glb --report report.html")]
     Reconstruct(Reconstruct),
     /// Evaluate a saved spline at points: value, gradient, Hessian
     #[command(after_help = "Example:\n  zeroset eval function.npz points.xyz -o values.csv")]
@@ -51,6 +53,15 @@ pub enum Command {
     /// Say what is in a points file or a saved spline
     #[command(after_help = "Example:\n  zeroset info scan.ply")]
     Info(Info),
+    /// Print completions of this command line for a shell
+    #[command(
+        after_help = "Examples:\n  zeroset completions bash > ~/.local/share/bash-completion/completions/zeroset\n  \
+                            zeroset completions fish > ~/.config/fish/completions/zeroset.fish"
+    )]
+    Completions(Completions),
+    /// Print the manual page, or write those of all commands into a folder
+    #[command(after_help = "Examples:\n  zeroset man | man -l -\n  zeroset man ~/.local/share/man/man1")]
+    Man(Man),
 }
 
 #[derive(Args)]
@@ -72,9 +83,10 @@ pub struct Reconstruct {
     /// The axis that points up in pictures
     #[arg(long, value_enum, default_value_t = UpAxis::Y, help_heading = "Output")]
     pub up: UpAxis,
-    /// Write the report: stages, figures, topology of the result (.json)
+    /// Write the report, repeatable: stages, figures, topology of the result as .json, or as an .html page with pictures, plots and a
+    /// view of the surface that can be turned
     #[arg(long, value_name = "FILE", help_heading = "Output")]
-    pub report: Option<PathBuf>,
+    pub report: Vec<PathBuf>,
     /// Cells along the longest side of the points' bounding box on the finest level, 8 to 1024 [default: from the spacing of
     /// the points]
     #[arg(long, value_name = "CELLS", help_heading = "Fit")]
@@ -260,6 +272,19 @@ pub struct Info {
     /// The format of the points, whatever the extension; needed for standard input
     #[arg(long, value_name = "EXTENSION", value_parser = format_parser(), hide_possible_values = true)]
     pub format: Option<PointFormat>,
+}
+
+#[derive(Args)]
+pub struct Completions {
+    /// The shell
+    pub shell: Shell,
+}
+
+#[derive(Args)]
+pub struct Man {
+    /// Where to write all pages, as .1 files; made if it is not there
+    #[arg(value_name = "FOLDER")]
+    pub folder: Option<PathBuf>,
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 use zeroset::bspline::Derivatives;
 use zeroset_io::{EvaluationTable, Points, SplineFile};
 
+use crate::advice;
 use crate::arguments::Eval;
 use crate::failure::Failure;
 use crate::points;
@@ -11,7 +12,7 @@ use crate::spline_file::to_spline;
 
 pub fn run(arguments: &Eval, say: &Say) -> Result<(), Failure> {
     zeroset_io::extension_among(&arguments.output, zeroset_io::TABLE_EXTENSIONS).map_err(Failure::usage)?;
-    zeroset_io::extension_among(&arguments.spline, zeroset_io::SPLINE_EXTENSIONS).map_err(Failure::usage)?;
+    advice::check_spline(&arguments.spline, Some(("eval", &arguments.points)))?;
     let file = zeroset_io::read_spline(&arguments.spline).map_err(Failure::reading)?;
     let points = points::read(&arguments.points, arguments.format)?;
     let outside = match (file.dimension(), points) {

@@ -62,6 +62,11 @@ impl Failure {
         }
     }
 
+    /// The same, and what to do next.
+    pub fn with_tip(self, tip: impl fmt::Display) -> Self {
+        Self { message: format!("{}\n  tip: {tip}", self.message), ..self }
+    }
+
     /// The process' exit code.
     pub fn exit_code(&self) -> ExitCode {
         ExitCode::from(self.kind as u8)

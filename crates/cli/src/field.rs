@@ -2,6 +2,7 @@
 
 use zeroset_io::SplineFile;
 
+use crate::advice;
 use crate::arguments::Field;
 use crate::failure::Failure;
 use crate::lattice;
@@ -12,7 +13,7 @@ pub fn run(arguments: &Field, say: &Say) -> Result<(), Failure> {
     for path in &arguments.output {
         zeroset_io::extension_among(path, zeroset_io::FIELD_EXTENSIONS).map_err(Failure::usage)?;
     }
-    zeroset_io::extension_among(&arguments.spline, zeroset_io::SPLINE_EXTENSIONS).map_err(Failure::usage)?;
+    advice::check_spline(&arguments.spline, None)?;
     if arguments.cells == Some(0) {
         return Err(Failure::usage("--cells 0: at least one cell is needed"));
     }

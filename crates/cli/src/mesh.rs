@@ -6,6 +6,7 @@ use zeroset::bspline::HierarchicalSpline;
 use zeroset::isosurface::{self, Report};
 use zeroset_io::{CURVE_EXTENSIONS, MESH_EXTENSIONS, OutputKind, SplineFile};
 
+use crate::advice;
 use crate::arguments::Mesh;
 use crate::carried::Carried;
 use crate::failure::Failure;
@@ -23,7 +24,7 @@ pub fn run(arguments: &Mesh, say: &Say) -> Result<(), Failure> {
             return Err(Failure::usage(format!("{} is no mesh and no curve", path.display())));
         }
     }
-    zeroset_io::extension_among(&arguments.spline, zeroset_io::SPLINE_EXTENSIONS).map_err(Failure::usage)?;
+    advice::check_spline(&arguments.spline, None)?;
     if let Some(cells) = arguments.resolution.filter(|cells| !(2..=4096).contains(cells)) {
         return Err(Failure::usage(format!("--resolution {cells}: it must be between 2 and 4096")));
     }

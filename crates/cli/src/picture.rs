@@ -27,6 +27,28 @@ pub fn three_views(up: Up) -> [View; 3] {
     [View::front(up), View::oblique(up), View::top(up)]
 }
 
+/// What a preview's views show.
+const VIEW_NAMES: [&str; 3] = ["From the front", "Obliquely", "From above"];
+
+/// The views of a preview one by one, in one scale, as the bytes of PNG files with their captions.
+pub fn surface_views(mesh: &TriMesh, points: &[[f64; 3]], up: Up) -> Result<Vec<(&'static str, Vec<u8>)>, Failure> {
+    let image = draw_surface(mesh, points, &three_views(up), PREVIEW)?;
+    let row = 3 * PREVIEW.width;
+    let view = |(k, name)| {
+        let rows = image.rgb.chunks(3 * row);
+        let rgb: Vec<u8> = rows.flat_map(|all| &all[k * row..(k + 1) * row]).copied().collect();
+        let bytes = zeroset_io::encode_png(PREVIEW.width, PREVIEW.height, &rgb).map_err(Failure::internal)?;
+        Ok((name, bytes))
+    };
+    VIEW_NAMES.into_iter().enumerate().map(view).collect()
+}
+
+fn draw_surface(mesh: &TriMesh, points: &[[f64; 3]], views: &[View], size: Size) -> Result<Image, Failure> {
+    let shown = some(points);
+    let scene = Scene { vertices: &mesh.vertices, normals: &mesh.normals, triangles: &mesh.triangles, points: &shown };
+    zeroset_render::draw(&scene, views, size).map_err(refused)
+}
+
 pub fn write_surface(
     path: &Path,
     mesh: &TriMesh,
@@ -34,9 +56,7 @@ pub fn write_surface(
     views: &[View],
     size: Size,
 ) -> Result<(), Failure> {
-    let shown = some(points);
-    let scene = Scene { vertices: &mesh.vertices, normals: &mesh.normals, triangles: &mesh.triangles, points: &shown };
-    write_image(path, &zeroset_render::draw(&scene, views, size).map_err(refused)?)
+    write_image(path, &draw_surface(mesh, points, views, size)?)
 }
 
 /// Every so many-th point, so that not too many are left.
@@ -85,20 +105,29 @@ impl Levels {
 
     /// As `.png` or `.svg`, as large as there is room.
     pub fn write(&self, path: &Path, room: Size) -> Result<(), Failure> {
-        let plan = Plan {
+        if zeroset_io::extension_among(path, &["svg"]).is_ok() {
+            return zeroset_io::write_picture(path, &Picture::Svg(&self.svg(room)?)).map_err(Failure::writing);
+        }
+        let plan = self.plan();
+        write_image(path, &plan.draw(plan.size(room).map_err(refused)?).map_err(refused)?)
+    }
+
+    /// As an SVG document, as large as there is room.
+    pub fn svg(&self, room: Size) -> Result<String, Failure> {
+        let plan = self.plan();
+        let size = plan.size(room).map_err(refused)?;
+        plan.to_svg(size.width.max(size.height)).map_err(refused)
+    }
+
+    fn plan(&self) -> Plan<'_> {
+        Plan {
             lower: self.lower,
             upper: self.upper,
             background: self.background,
             layers: &self.layers,
             curves: &self.curves,
             points: &self.points,
-        };
-        let size = plan.size(room).map_err(refused)?;
-        if zeroset_io::extension_among(path, &["svg"]).is_ok() {
-            let document = plan.to_svg(size.width.max(size.height)).map_err(refused)?;
-            return zeroset_io::write_picture(path, &Picture::Svg(&document)).map_err(Failure::writing);
         }
-        write_image(path, &plan.draw(size).map_err(refused)?)
     }
 }
 

@@ -2,27 +2,19 @@
 
 use std::path::{Path, PathBuf};
 
-use serde::Serialize;
 use zeroset::{ReconstructError, Reconstruction, extract_curve, extract_surface};
 use zeroset_io::{OutputKind, Points};
 
+use crate::advice;
 use crate::arguments::{Distance, Reconstruct, Topology};
 use crate::carried::Carried;
 use crate::failure::Failure;
-use crate::picture::{Levels, PREVIEW, three_views, write_surface};
+use crate::picture::{Levels, PREVIEW, surface_views, three_views, write_surface};
 use crate::points;
 use crate::progress::Say;
+use crate::report::{Pictures, write_reports};
 use crate::spline_file::to_file;
 use crate::zero_set::{describe_curve, describe_surface, write_curves, write_mesh};
-
-/// The report as it is written: the file, then what the library says.
-#[derive(Serialize)]
-struct RunReport<'a> {
-    zeroset: &'static str,
-    file: &'a Path,
-    #[serde(flatten)]
-    report: &'a zeroset::Report,
-}
 
 pub fn run(arguments: &Reconstruct, say: &Say) -> Result<(), Failure> {
     let kinds = check_outputs(arguments)?;
@@ -30,41 +22,54 @@ pub fn run(arguments: &Reconstruct, say: &Say) -> Result<(), Failure> {
     say.begin(7 + u64::from(!arguments.no_refine));
     let points = say.stage("reading", || points::read(&arguments.points, arguments.format))?;
     for (path, kind) in &kinds {
-        let problem = match (points.dimension(), kind) {
-            (zeroset_io::Dimension::Two, OutputKind::Mesh) => {
-                "a mesh, but the points have two columns: write .svg, .json, .csv or .dxf"
-            }
-            (zeroset_io::Dimension::Three, OutputKind::Curve) => {
-                "a curve, but the points have three columns: write .ply, .obj, .stl or .glb"
-            }
+        let (problem, tip) = match (points.dimension(), kind) {
+            (zeroset_io::Dimension::Two, OutputKind::Mesh) => (
+                "a mesh, but the points have two columns",
+                "for a curve write .svg, .json, .csv or .dxf; for a surface every row needs x, y and z",
+            ),
+            (zeroset_io::Dimension::Three, OutputKind::Curve) => (
+                "a curve, but the points have three columns",
+                "for a surface write .ply, .obj, .stl or .glb; points in the plane have two columns",
+            ),
             _ => continue,
         };
-        return Err(Failure::usage(format!("{} would be {problem}", path.display())));
+        return Err(Failure::usage(format!("{} would be {problem}", path.display())).with_tip(tip));
     }
     let options = options(arguments);
     say.line(format_args!("{}: {} points", arguments.points.display(), points.len()));
+    if let Some(note) = advice::mesh_note(&arguments.points, arguments.format, points.len()) {
+        say.line(note);
+    }
     match points {
         Points::Two(set) => {
             let mut result = reconstruct(arguments, &set.points, &options, say)?;
             let failed = |error| refused(arguments, error);
             let (curves, topology) = say.stage("extraction", || extract_curve(&mut result).map_err(failed))?;
-            trusted(arguments, &result)?;
+            let levels = || {
+                let (origin, spline) = result.in_data_units().map_err(Failure::internal)?;
+                Levels::of(&spline, &origin, &set.points, 0.0)
+            };
+            let pictures = || Ok(Pictures::Plane { svg: levels()?.svg(PREVIEW)? });
+            let report = || write_reports(arguments, &set.points, &result.report, pictures);
+            trusted(arguments, &result, report)?;
             say.line(describe_curve(&topology));
             let write = |path: &Path, kind| match kind {
                 OutputKind::Curve => write_curves(path, &curves, &set.points),
-                OutputKind::Picture => {
-                    let (origin, spline) = result.in_data_units().map_err(Failure::internal)?;
-                    Levels::of(&spline, &origin, &set.points, 0.0)?.write(path, PREVIEW)
-                }
+                OutputKind::Picture => levels()?.write(path, PREVIEW),
                 _ => write_function(path, kind, &result),
             };
-            finish(arguments, &kinds, &result, write, say)
+            finish(arguments, &kinds, &result, write, report, say)
         }
         Points::Three(set) => {
             let mut result = reconstruct(arguments, &set.points, &options, say)?;
             let failed = |error| refused(arguments, error);
             let (mesh, topology) = say.stage("extraction", || extract_surface(&mut result).map_err(failed))?;
-            trusted(arguments, &result)?;
+            let pictures = || {
+                let views = surface_views(&mesh, &set.points, arguments.up.into())?;
+                Ok(Pictures::Space { views, mesh: &mesh, points: &set.points })
+            };
+            let report = || write_reports(arguments, &set.points, &result.report, pictures);
+            trusted(arguments, &result, report)?;
             say.line(describe_surface(&mesh, &topology));
             let carried = Carried::new(&set, &mesh.vertices);
             let write = |path: &Path, kind| match kind {
@@ -74,7 +79,7 @@ pub fn run(arguments: &Reconstruct, say: &Say) -> Result<(), Failure> {
                 }
                 _ => write_function(path, kind, &result),
             };
-            finish(arguments, &kinds, &result, write, say)
+            finish(arguments, &kinds, &result, write, report, say)
         }
     }
 }
@@ -92,14 +97,14 @@ fn reconstruct<const D: usize>(
 fn check_outputs(arguments: &Reconstruct) -> Result<Vec<(PathBuf, OutputKind)>, Failure> {
     let mut kinds = Vec::new();
     for path in &arguments.output {
-        kinds.push((path.clone(), OutputKind::of(path).map_err(Failure::usage)?));
+        let kind = OutputKind::of(path).map_err(|error| advice::no_output(&arguments.points, path, error))?;
+        kinds.push((path.clone(), kind));
     }
-    let others =
-        [(&arguments.oriented, zeroset_io::ORIENTED_EXTENSIONS), (&arguments.report, zeroset_io::REPORT_EXTENSIONS)];
-    for (path, known) in others {
-        if let Some(path) = path {
-            zeroset_io::extension_among(path, known).map_err(Failure::usage)?;
-        }
+    if let Some(path) = &arguments.oriented {
+        zeroset_io::extension_among(path, zeroset_io::ORIENTED_EXTENSIONS).map_err(Failure::usage)?;
+    }
+    for path in &arguments.report {
+        zeroset_io::extension_among(path, zeroset_io::REPORT_EXTENSIONS).map_err(Failure::usage)?;
     }
     let paths = arguments.output.iter().chain(&arguments.oriented).chain(&arguments.report);
     for path in paths {
@@ -114,6 +119,12 @@ fn check_outputs(arguments: &Reconstruct) -> Result<Vec<(PathBuf, OutputKind)>, 
         if path.is_dir() {
             return Err(Failure::output(format!("{} is a folder: give a file name", path.display())));
         }
+        if advice::same_file(path, &arguments.points) {
+            let problem = format!("{} would be written over the points themselves", path.display());
+            return Err(Failure::usage(problem).with_tip("give the output another name"));
+        }
+        zeroset_io::check_writable(path)
+            .map_err(|error| Failure::writing(error).with_tip("choose a folder that you may write to"))?;
     }
     Ok(kinds)
 }
@@ -162,21 +173,19 @@ fn write_function<const D: usize>(path: &Path, kind: OutputKind, result: &Recons
 }
 
 /// Ends the run where there is no trust in the result, unless that was accepted. The report is written all the same.
-fn trusted<const D: usize>(arguments: &Reconstruct, result: &Reconstruction<D>) -> Result<(), Failure> {
+fn trusted<const D: usize>(
+    arguments: &Reconstruct,
+    result: &Reconstruction<D>,
+    report: impl FnOnce() -> Result<(), Failure>,
+) -> Result<(), Failure> {
     match &result.report.doubt {
         Some(doubt) if !arguments.accept_doubt => {
-            write_report(arguments, result)?;
+            report()?;
             let file = arguments.points.display();
             Err(Failure::doubt(format!("{file}: {doubt}; --accept-doubt writes the result as it is")))
         }
         _ => Ok(()),
     }
-}
-
-fn write_report<const D: usize>(arguments: &Reconstruct, result: &Reconstruction<D>) -> Result<(), Failure> {
-    let Some(path) = &arguments.report else { return Ok(()) };
-    let report = RunReport { zeroset: env!("CARGO_PKG_VERSION"), file: &arguments.points, report: &result.report };
-    zeroset_io::write_report(path, &report).map_err(Failure::writing)
 }
 
 /// Writes everything, and says so.
@@ -185,6 +194,7 @@ fn finish<const D: usize>(
     kinds: &[(PathBuf, OutputKind)],
     result: &Reconstruction<D>,
     write: impl Fn(&Path, OutputKind) -> Result<(), Failure>,
+    report: impl FnOnce() -> Result<(), Failure>,
     say: &Say,
 ) -> Result<(), Failure> {
     say.stage("writing", || {
@@ -197,7 +207,7 @@ fn finish<const D: usize>(
             let outlier: Vec<_> = oriented.iter().map(|p| p.outlier).collect();
             zeroset_io::write_oriented(path, &positions, &normals, &confidence, &outlier).map_err(Failure::writing)?;
         }
-        write_report(arguments, result)
+        report()
     })?;
     for warning in result.report.warnings.iter().chain(&result.report.doubt) {
         say.line(format_args!("warning: {warning}"));

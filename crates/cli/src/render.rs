@@ -4,6 +4,7 @@ use zeroset::isosurface;
 use zeroset_io::{PICTURE_EXTENSIONS, Points, SplineFile};
 use zeroset_render::{Up, View};
 
+use crate::advice;
 use crate::arguments::Render;
 use crate::failure::Failure;
 use crate::lattice;
@@ -19,7 +20,7 @@ pub fn run(arguments: &Render, say: &Say) -> Result<(), Failure> {
     for path in &arguments.output {
         zeroset_io::extension_among(path, PICTURE_EXTENSIONS).map_err(Failure::usage)?;
     }
-    zeroset_io::extension_among(&arguments.spline, zeroset_io::SPLINE_EXTENSIONS).map_err(Failure::usage)?;
+    advice::check_spline(&arguments.spline, None)?;
     if !arguments.iso.is_finite() {
         return Err(Failure::usage(format!("--iso {}: a finite number is needed", arguments.iso)));
     }

@@ -35,8 +35,8 @@ pub const PICTURE_EXTENSIONS: &[&str] = &["png", "svg"];
 pub const TABLE_EXTENSIONS: &[&str] = &["csv", "txt", "npy"];
 /// Extension of the files that [`crate::write_oriented`] and [`crate::write_points`] write.
 pub const ORIENTED_EXTENSIONS: &[&str] = &["ply"];
-/// Extension of the files that [`crate::write_report`] writes.
-pub const REPORT_EXTENSIONS: &[&str] = &["json"];
+/// Extensions of the files that reports are written to: `.json` by [`crate::write_report`], `.html` by [`crate::write_page`].
+pub const REPORT_EXTENSIONS: &[&str] = &["json", "html"];
 
 /// What a reconstruction writes to a path, told by the extension alone.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

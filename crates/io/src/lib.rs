@@ -83,13 +83,13 @@ pub use extension::{
 pub use field::{Field, write_field};
 pub use mesh::{TriMesh, write_mesh};
 pub use oriented::write_oriented;
-pub use picture::{Picture, write_picture};
+pub use picture::{Picture, encode_png, write_picture};
 pub use ply_cloud::write_points;
 pub use point_format::{PointFormat, parse_points};
 pub use points::{Dimension, PointSet, Points, read_points, read_points_as};
 pub use read_error::{Malformed, Place, ReadError};
-pub use replace_file::abandon_writes;
-pub use report::write_report;
+pub use replace_file::{abandon_writes, check_writable};
+pub use report::{write_page, write_report};
 pub use spline::{SPLINE_VERSION, SplineFile, parse_spline, read_spline, write_spline};
 pub use spline_level::SplineLevel;
 pub use table::{EvaluationTable, write_table};

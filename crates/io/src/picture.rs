@@ -36,20 +36,25 @@ pub fn write_picture(path: impl AsRef<Path>, picture: &Picture) -> Result<(), Wr
         }
         Picture::Pixels { width, height, rgb } => {
             extension_among(path, &["png"])?;
-            let sides = [width, height].map(|side| u32::try_from(side).ok().filter(|side| *side > 0));
-            match sides {
-                [Some(columns), Some(rows)]
-                    if width.checked_mul(height).is_some_and(|n| n.checked_mul(3) == Some(rgb.len())) =>
-                {
-                    replace_file(path, |out| write_png(out, columns, rows, rgb))
-                }
-                _ => {
-                    let problem = format!("{} bytes are no picture of {width} x {height} pixels", rgb.len());
-                    Err(WriteError::Invalid { path: path.to_owned(), problem })
-                }
-            }
+            let invalid = |problem| WriteError::Invalid { path: path.to_owned(), problem };
+            let bytes = encode_png(width, height, rgb).map_err(invalid)?;
+            replace_file(path, |out| out.write_all(&bytes))
         }
     }
+}
+
+/// The bytes of a `.png` file (8 bits per channel, sRGB): red, green, blue of each pixel, rows from the top.
+///
+/// # Errors
+/// A sentence, where there are no pixels or not as many bytes as they need.
+pub fn encode_png(width: usize, height: usize, rgb: &[u8]) -> Result<Vec<u8>, String> {
+    let refused = || format!("{} bytes are no picture of {width} x {height} pixels", rgb.len());
+    let sides = [width, height].map(|side| u32::try_from(side).ok().filter(|side| *side > 0));
+    let whole = width.checked_mul(height).is_some_and(|n| n.checked_mul(3) == Some(rgb.len()));
+    let ([Some(columns), Some(rows)], true) = (sides, whole) else { return Err(refused()) };
+    let mut bytes = Vec::new();
+    write_png(&mut bytes, columns, rows, rgb).map_err(|error| error.to_string())?;
+    Ok(bytes)
 }
 
 fn write_png(out: &mut impl Write, width: u32, height: u32, rgb: &[u8]) -> io::Result<()> {

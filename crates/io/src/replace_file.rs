@@ -26,13 +26,19 @@ pub fn abandon_writes() {
     }
 }
 
-/// Has `write` fill a temporary file in the folder of `path`, then renames it to `path`.
+/// Whether a file may be made in the folder of `path`, before much work is done for it: makes an empty one and removes it.
 ///
-/// When anything fails, the temporary file is removed and `path` is untouched.
-pub(crate) fn replace_file(
-    path: &Path,
-    write: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>,
-) -> Result<(), WriteError> {
+/// # Errors
+/// [`WriteError`], as writing would give it.
+pub fn check_writable(path: impl AsRef<Path>) -> Result<(), WriteError> {
+    let path = path.as_ref();
+    let folder = folder_of(path)?;
+    let probe = tempfile::Builder::new().prefix(".zeroset-").suffix(".part").tempfile_in(folder);
+    probe.map(drop).map_err(|source| WriteError::Unwritable { path: path.to_owned(), source })
+}
+
+/// The folder that a file goes to.
+fn folder_of(path: &Path) -> Result<&Path, WriteError> {
     let folder = match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
@@ -43,6 +49,17 @@ pub(crate) fn replace_file(
     if path.is_dir() {
         return Err(WriteError::Folder { path: path.to_owned() });
     }
+    Ok(folder)
+}
+
+/// Has `write` fill a temporary file in the folder of `path`, then renames it to `path`.
+///
+/// When anything fails, the temporary file is removed and `path` is untouched.
+pub(crate) fn replace_file(
+    path: &Path,
+    write: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>,
+) -> Result<(), WriteError> {
+    let folder = folder_of(path)?;
     let unwritable = |source| WriteError::Unwritable { path: path.to_owned(), source };
 
     let mut builder = tempfile::Builder::new();

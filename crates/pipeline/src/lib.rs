@@ -81,6 +81,7 @@ pub use samples_around::SamplesAround;
 pub use sign::{SignReport, synthesize};
 pub use sign_field::{SignField, sign_field};
 pub use spacing::Spacing;
+pub use trust::{NO_TRUST, SOME_DOUBT};
 
 pub use zeroset_bspline as bspline;
 pub use zeroset_eikonal_sweep as eikonal_sweep;

@@ -7,11 +7,11 @@ use crate::error::ReconstructError;
 use crate::report::TrustReport;
 use crate::spacing::Spacing;
 
-/// A score above this is no orientation that anybody should rely on: right ones reached 0.25 with points all over the
+/// A [score](zeroset_gefm::Judgement::score) above this is no orientation that anybody should rely on: right ones reached 0.25 with points all over the
 /// surface and 0.36 with points along curves on it, wrong ones scored 0.44 and more.
-const NO_TRUST: f64 = 0.4;
-/// Above this, some part is probably on the wrong side.
-const SOME_DOUBT: f64 = 0.24;
+pub const NO_TRUST: f64 = 0.4;
+/// Above this score some part is probably on the wrong side.
+pub const SOME_DOUBT: f64 = 0.24;
 /// `|W − ½|` at a point from which its side is unsure: W is nearer to what it would be a full sheet away.
 const UNSURE: f64 = 0.4;
 /// A point does not fit if it lies farther from the zero set than this share of its spacing and than so many times the

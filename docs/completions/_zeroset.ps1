@@ -1,0 +1,185 @@
+
+using namespace System.Management.Automation
+using namespace System.Management.Automation.Language
+
+Register-ArgumentCompleter -Native -CommandName 'zeroset' -ScriptBlock {
+    param($wordToComplete, $commandAst, $cursorPosition)
+
+    $commandElements = $commandAst.CommandElements
+    $command = @(
+        'zeroset'
+        for ($i = 1; $i -lt $commandElements.Count; $i++) {
+            $element = $commandElements[$i]
+            if ($element -isnot [StringConstantExpressionAst] -or
+                $element.StringConstantType -ne [StringConstantType]::BareWord -or
+                $element.Value.StartsWith('-') -or
+                $element.Value -eq $wordToComplete) {
+                break
+        }
+        $element.Value
+    }) -join ';'
+
+    $completions = @(switch ($command) {
+        'zeroset' {
+            [CompletionResult]::new('--threads', '--threads', [CompletionResultType]::ParameterName, 'Number of threads; the result does not depend on it [default: all cores]')
+            [CompletionResult]::new('-q', '-q', [CompletionResultType]::ParameterName, 'Print nothing but errors')
+            [CompletionResult]::new('--quiet', '--quiet', [CompletionResultType]::ParameterName, 'Print nothing but errors')
+            [CompletionResult]::new('-h', '-h', [CompletionResultType]::ParameterName, 'Print help')
+            [CompletionResult]::new('--help', '--help', [CompletionResultType]::ParameterName, 'Print help')
+            [CompletionResult]::new('-V', '-V ', [CompletionResultType]::ParameterName, 'Print version')
+            [CompletionResult]::new('--version', '--version', [CompletionResultType]::ParameterName, 'Print version')
+            [CompletionResult]::new('reconstruct', 'reconstruct', [CompletionResultType]::ParameterValue, 'Reconstruct a curve or surface from points, closed or open')
+            [CompletionResult]::new('eval', 'eval', [CompletionResultType]::ParameterValue, 'Evaluate a saved spline at points: value, gradient, Hessian')
+            [CompletionResult]::new('mesh', 'mesh', [CompletionResultType]::ParameterValue, 'Extract the curve or surface of a saved spline again: at another resolution, or another value of the function')
+            [CompletionResult]::new('field', 'field', [CompletionResultType]::ParameterValue, 'Sample a saved spline on a grid')
+            [CompletionResult]::new('render', 'render', [CompletionResultType]::ParameterValue, 'Draw a saved spline: a surface with points, or a plane function''s levels with its curve and points')
+            [CompletionResult]::new('info', 'info', [CompletionResultType]::ParameterValue, 'Say what is in a points file or a saved spline')
+            [CompletionResult]::new('completions', 'completions', [CompletionResultType]::ParameterValue, 'Print completions of this command line for a shell')
+            [CompletionResult]::new('man', 'man', [CompletionResultType]::ParameterValue, 'Print the manual page, or write those of all commands into a folder')
+            [CompletionResult]::new('help', 'help', [CompletionResultType]::ParameterValue, 'Print this message or the help of the given subcommand(s)')
+            break
+        }
+        'zeroset;reconstruct' {
+            [CompletionResult]::new('--format', '--format', [CompletionResultType]::ParameterName, 'The format of the points, whatever the extension; needed for standard input')
+            [CompletionResult]::new('-o', '-o', [CompletionResultType]::ParameterName, 'Where to write, repeatable; the extension decides what: mesh .ply .obj .stl .glb (3D), curve .svg .json .csv .dxf (2D), spline .npz, field .npy .exr .vti, picture .png: the surface with points from the front, obliquely and from above, or the function''s levels with curve and points')
+            [CompletionResult]::new('--output', '--output', [CompletionResultType]::ParameterName, 'Where to write, repeatable; the extension decides what: mesh .ply .obj .stl .glb (3D), curve .svg .json .csv .dxf (2D), spline .npz, field .npy .exr .vti, picture .png: the surface with points from the front, obliquely and from above, or the function''s levels with curve and points')
+            [CompletionResult]::new('--oriented', '--oriented', [CompletionResultType]::ParameterName, 'Write the input points with outward normals, confidence and which are outliers (.ply)')
+            [CompletionResult]::new('--up', '--up', [CompletionResultType]::ParameterName, 'The axis that points up in pictures')
+            [CompletionResult]::new('--report', '--report', [CompletionResultType]::ParameterName, 'Write the report, repeatable: stages, figures, topology of the result as .json, or as an .html page with pictures, plots and a view of the surface that can be turned')
+            [CompletionResult]::new('--resolution', '--resolution', [CompletionResultType]::ParameterName, 'Cells along the longest side of the points'' bounding box on the finest level, 8 to 1024 [default: from the spacing of the points]')
+            [CompletionResult]::new('--smooth', '--smooth', [CompletionResultType]::ParameterName, 'Smooth away detail below this length, in the unit of the points [default: automatic]')
+            [CompletionResult]::new('--degree', '--degree', [CompletionResultType]::ParameterName, 'Degree of the B-splines, 2 to 5')
+            [CompletionResult]::new('--topology', '--topology', [CompletionResultType]::ParameterName, 'How inside is told from outside')
+            [CompletionResult]::new('--distance', '--distance', [CompletionResultType]::ParameterName, 'How the distance on the lattice is computed')
+            [CompletionResult]::new('--memory', '--memory', [CompletionResultType]::ParameterName, 'Memory to use at most: bytes, or with K, M, G or T (powers of 1024). Where more would be needed cells are coarser, with a warning [default: 70 % of what is free]')
+            [CompletionResult]::new('--threads', '--threads', [CompletionResultType]::ParameterName, 'Number of threads; the result does not depend on it [default: all cores]')
+            [CompletionResult]::new('--open', '--open', [CompletionResultType]::ParameterName, 'Leave open what the points leave open: the result ends where they do, within about two of their spacings, and holes larger than that stay [default: everything is closed]')
+            [CompletionResult]::new('--no-refine', '--no-refine', [CompletionResultType]::ParameterName, 'Stop at the initial shape: no dynamic reconstruction')
+            [CompletionResult]::new('--accept-doubt', '--accept-doubt', [CompletionResultType]::ParameterName, 'Write the outputs even where no trustworthy surface was found, and end with exit code 0')
+            [CompletionResult]::new('-q', '-q', [CompletionResultType]::ParameterName, 'Print nothing but errors')
+            [CompletionResult]::new('--quiet', '--quiet', [CompletionResultType]::ParameterName, 'Print nothing but errors')
+            [CompletionResult]::new('-h', '-h', [CompletionResultType]::ParameterName, 'Print help (see more with ''--help'')')
+            [CompletionResult]::new('--help', '--help', [CompletionResultType]::ParameterName, 'Print help (see more with ''--help'')')
+            break
+        }
+        'zeroset;eval' {
+            [CompletionResult]::new('--format', '--format', [CompletionResultType]::ParameterName, 'The format of the points, whatever the extension; needed for standard input')
+            [CompletionResult]::new('-o', '-o', [CompletionResultType]::ParameterName, 'Where to write: .csv or .npy, one row per point')
+            [CompletionResult]::new('--output', '--output', [CompletionResultType]::ParameterName, 'Where to write: .csv or .npy, one row per point')
+            [CompletionResult]::new('--threads', '--threads', [CompletionResultType]::ParameterName, 'Number of threads; the result does not depend on it [default: all cores]')
+            [CompletionResult]::new('-q', '-q', [CompletionResultType]::ParameterName, 'Print nothing but errors')
+            [CompletionResult]::new('--quiet', '--quiet', [CompletionResultType]::ParameterName, 'Print nothing but errors')
+            [CompletionResult]::new('-h', '-h', [CompletionResultType]::ParameterName, 'Print help')
+            [CompletionResult]::new('--help', '--help', [CompletionResultType]::ParameterName, 'Print help')
+            break
+        }
+        'zeroset;mesh' {
+            [CompletionResult]::new('-o', '-o', [CompletionResultType]::ParameterName, 'Where to write, repeatable: mesh .ply .obj .stl .glb (3D), curve .svg .json .csv .dxf (2D)')
+            [CompletionResult]::new('--output', '--output', [CompletionResultType]::ParameterName, 'Where to write, repeatable: mesh .ply .obj .stl .glb (3D), curve .svg .json .csv .dxf (2D)')
+            [CompletionResult]::new('--resolution', '--resolution', [CompletionResultType]::ParameterName, 'At least this many cells along the longest side of the function''s box, 2 to 4096: its coarsest cells are halved as often as that takes, and at least down to its finest ones. Time and memory grow with the square [default: 96]')
+            [CompletionResult]::new('--memory', '--memory', [CompletionResultType]::ParameterName, 'Memory to use at most: bytes, or with K, M, G or T (powers of 1024) [default: 70 % of what is free]')
+            [CompletionResult]::new('--iso', '--iso', [CompletionResultType]::ParameterName, 'Extract f = VALUE in place of f = 0, in the unit of the points: positive values lie outside, negative inside. Near the surface f is close to the distance from it, so that small values give offset surfaces; farther away it is not a distance')
+            [CompletionResult]::new('--threads', '--threads', [CompletionResultType]::ParameterName, 'Number of threads; the result does not depend on it [default: all cores]')
+            [CompletionResult]::new('-q', '-q', [CompletionResultType]::ParameterName, 'Print nothing but errors')
+            [CompletionResult]::new('--quiet', '--quiet', [CompletionResultType]::ParameterName, 'Print nothing but errors')
+            [CompletionResult]::new('-h', '-h', [CompletionResultType]::ParameterName, 'Print help')
+            [CompletionResult]::new('--help', '--help', [CompletionResultType]::ParameterName, 'Print help')
+            break
+        }
+        'zeroset;field' {
+            [CompletionResult]::new('-o', '-o', [CompletionResultType]::ParameterName, 'Where to write, repeatable: .npy .npz .exr .vti')
+            [CompletionResult]::new('--output', '--output', [CompletionResultType]::ParameterName, 'Where to write, repeatable: .npy .npz .exr .vti')
+            [CompletionResult]::new('--spacing', '--spacing', [CompletionResultType]::ParameterName, 'Distance between neighbouring nodes, in the unit of the points')
+            [CompletionResult]::new('--cells', '--cells', [CompletionResultType]::ParameterName, 'Cells along the longest side of the function''s box [default: the function''s own finest ones, at most 512]')
+            [CompletionResult]::new('--threads', '--threads', [CompletionResultType]::ParameterName, 'Number of threads; the result does not depend on it [default: all cores]')
+            [CompletionResult]::new('-q', '-q', [CompletionResultType]::ParameterName, 'Print nothing but errors')
+            [CompletionResult]::new('--quiet', '--quiet', [CompletionResultType]::ParameterName, 'Print nothing but errors')
+            [CompletionResult]::new('-h', '-h', [CompletionResultType]::ParameterName, 'Print help')
+            [CompletionResult]::new('--help', '--help', [CompletionResultType]::ParameterName, 'Print help')
+            break
+        }
+        'zeroset;render' {
+            [CompletionResult]::new('-o', '-o', [CompletionResultType]::ParameterName, 'Where to write, repeatable: .png, in 2D also .svg')
+            [CompletionResult]::new('--output', '--output', [CompletionResultType]::ParameterName, 'Where to write, repeatable: .png, in 2D also .svg')
+            [CompletionResult]::new('--points', '--points', [CompletionResultType]::ParameterName, 'Points to be drawn too: a points file of the same dimension, or - for standard input. Of more than 20000 some')
+            [CompletionResult]::new('--format', '--format', [CompletionResultType]::ParameterName, 'The format of the points, whatever the extension; needed for standard input')
+            [CompletionResult]::new('--view', '--view', [CompletionResultType]::ParameterName, 'From which direction a surface is seen: from the surface towards the viewer [default: from the front, the right and above]')
+            [CompletionResult]::new('--up', '--up', [CompletionResultType]::ParameterName, 'The axis that points up in the picture of a surface')
+            [CompletionResult]::new('--size', '--size', [CompletionResultType]::ParameterName, 'Pixels of the picture; that of a plane function has its shape, and is as large as there is room')
+            [CompletionResult]::new('--iso', '--iso', [CompletionResultType]::ParameterName, 'Draw f = VALUE in place of f = 0, in the unit of the points')
+            [CompletionResult]::new('--threads', '--threads', [CompletionResultType]::ParameterName, 'Number of threads; the result does not depend on it [default: all cores]')
+            [CompletionResult]::new('-q', '-q', [CompletionResultType]::ParameterName, 'Print nothing but errors')
+            [CompletionResult]::new('--quiet', '--quiet', [CompletionResultType]::ParameterName, 'Print nothing but errors')
+            [CompletionResult]::new('-h', '-h', [CompletionResultType]::ParameterName, 'Print help (see more with ''--help'')')
+            [CompletionResult]::new('--help', '--help', [CompletionResultType]::ParameterName, 'Print help (see more with ''--help'')')
+            break
+        }
+        'zeroset;info' {
+            [CompletionResult]::new('--format', '--format', [CompletionResultType]::ParameterName, 'The format of the points, whatever the extension; needed for standard input')
+            [CompletionResult]::new('--threads', '--threads', [CompletionResultType]::ParameterName, 'Number of threads; the result does not depend on it [default: all cores]')
+            [CompletionResult]::new('-q', '-q', [CompletionResultType]::ParameterName, 'Print nothing but errors')
+            [CompletionResult]::new('--quiet', '--quiet', [CompletionResultType]::ParameterName, 'Print nothing but errors')
+            [CompletionResult]::new('-h', '-h', [CompletionResultType]::ParameterName, 'Print help')
+            [CompletionResult]::new('--help', '--help', [CompletionResultType]::ParameterName, 'Print help')
+            break
+        }
+        'zeroset;completions' {
+            [CompletionResult]::new('--threads', '--threads', [CompletionResultType]::ParameterName, 'Number of threads; the result does not depend on it [default: all cores]')
+            [CompletionResult]::new('-q', '-q', [CompletionResultType]::ParameterName, 'Print nothing but errors')
+            [CompletionResult]::new('--quiet', '--quiet', [CompletionResultType]::ParameterName, 'Print nothing but errors')
+            [CompletionResult]::new('-h', '-h', [CompletionResultType]::ParameterName, 'Print help')
+            [CompletionResult]::new('--help', '--help', [CompletionResultType]::ParameterName, 'Print help')
+            break
+        }
+        'zeroset;man' {
+            [CompletionResult]::new('--threads', '--threads', [CompletionResultType]::ParameterName, 'Number of threads; the result does not depend on it [default: all cores]')
+            [CompletionResult]::new('-q', '-q', [CompletionResultType]::ParameterName, 'Print nothing but errors')
+            [CompletionResult]::new('--quiet', '--quiet', [CompletionResultType]::ParameterName, 'Print nothing but errors')
+            [CompletionResult]::new('-h', '-h', [CompletionResultType]::ParameterName, 'Print help')
+            [CompletionResult]::new('--help', '--help', [CompletionResultType]::ParameterName, 'Print help')
+            break
+        }
+        'zeroset;help' {
+            [CompletionResult]::new('reconstruct', 'reconstruct', [CompletionResultType]::ParameterValue, 'Reconstruct a curve or surface from points, closed or open')
+            [CompletionResult]::new('eval', 'eval', [CompletionResultType]::ParameterValue, 'Evaluate a saved spline at points: value, gradient, Hessian')
+            [CompletionResult]::new('mesh', 'mesh', [CompletionResultType]::ParameterValue, 'Extract the curve or surface of a saved spline again: at another resolution, or another value of the function')
+            [CompletionResult]::new('field', 'field', [CompletionResultType]::ParameterValue, 'Sample a saved spline on a grid')
+            [CompletionResult]::new('render', 'render', [CompletionResultType]::ParameterValue, 'Draw a saved spline: a surface with points, or a plane function''s levels with its curve and points')
+            [CompletionResult]::new('info', 'info', [CompletionResultType]::ParameterValue, 'Say what is in a points file or a saved spline')
+            [CompletionResult]::new('completions', 'completions', [CompletionResultType]::ParameterValue, 'Print completions of this command line for a shell')
+            [CompletionResult]::new('man', 'man', [CompletionResultType]::ParameterValue, 'Print the manual page, or write those of all commands into a folder')
+            [CompletionResult]::new('help', 'help', [CompletionResultType]::ParameterValue, 'Print this message or the help of the given subcommand(s)')
+            break
+        }
+        'zeroset;help;reconstruct' {
+            break
+        }
+        'zeroset;help;eval' {
+            break
+        }
+        'zeroset;help;mesh' {
+            break
+        }
+        'zeroset;help;field' {
+            break
+        }
+        'zeroset;help;render' {
+            break
+        }
+        'zeroset;help;info' {
+            break
+        }
+        'zeroset;help;completions' {
+            break
+        }
+        'zeroset;help;man' {
+            break
+        }
+        'zeroset;help;help' {
+            break
+        }
+    })
+
+    $completions.Where{ $_.CompletionText -like "$wordToComplete*" } |
+        Sort-Object -Property ListItemText
+}
