@@ -88,10 +88,21 @@ impl Cells {
         let derivatives = if turning { Derivatives::Gradient } else { Derivatives::Value };
         let centres = self.centres(domain);
         let [before, after] = [before.evaluate(&centres, derivatives), after.evaluate(&centres, derivatives)];
+        let places: FxHashMap<usize, usize> = match turning {
+            true => self.keys.iter().enumerate().map(|(i, key)| (*key, i)).collect(),
+            false => FxHashMap::default(),
+        };
+        // Or else a slope turns round from one cell to the next.
+        let is_flat = |i: usize| {
+            flattest(&before.gradients[i], &after.gradients[i]) <= FLAT
+                || beside(self.keys[i], &shape)
+                    .filter_map(|key| places.get(&key))
+                    .any(|j| [&before, &after].iter().any(|f| flattest(&f.gradients[i], &f.gradients[*j]) <= FLAT))
+        };
         let wanted = |i: usize| {
             let (a, b) = (before.values[i], after.values[i]);
             let crossed = (a < 0.0) != (b < 0.0) || a.abs().min(b.abs()) <= reach;
-            crossed && !(turning && flattest(&before.gradients[i], &after.gradients[i]) > FLAT)
+            crossed && (!turning || is_flat(i))
         };
         let chosen: Vec<usize> = (0..self.keys.len()).filter(|i| wanted(*i)).map(|i| self.keys[i]).collect();
         if chosen.len() << D > MOST_CELLS {
@@ -144,6 +155,16 @@ impl Cells {
         sides.inside.extend(cells.keys.iter().copied().zip(values.iter().map(|value| *value < 0.0)));
         sides
     }
+}
+
+/// The keys of the cells that share a face with one.
+fn beside<const D: usize>(key: usize, shape: &[usize; D]) -> impl Iterator<Item = usize> + use<D> {
+    let (shape, index) = (*shape, multi_index(key, shape));
+    (0..2 * D).filter_map(move |face| {
+        let mut index = index;
+        index[face / 2] = if face % 2 == 0 { index[face / 2].checked_sub(1)? } else { index[face / 2] + 1 };
+        (index[face / 2] < shape[face / 2]).then(|| flat_index(&index, &shape))
+    })
 }
 
 /// The shortest vector on the segment between two.
