@@ -9,6 +9,7 @@ use zeroset_io::{OutputKind, Points};
 use crate::arguments::{Distance, Reconstruct, Topology};
 use crate::carried::Carried;
 use crate::failure::Failure;
+use crate::interrupt;
 use crate::picture::{Levels, PREVIEW, three_views, write_surface};
 use crate::points;
 use crate::progress::Say;
@@ -26,6 +27,9 @@ struct RunReport<'a> {
 
 pub fn run(arguments: &Reconstruct, say: &Say) -> Result<(), Failure> {
     let kinds = check_outputs(arguments)?;
+    if let Some(time) = arguments.time {
+        interrupt::limit(say, time);
+    }
     // Reading, topology, distance, sign, initial shape, extraction, writing, and mostly refinement.
     say.begin(7 + u64::from(!arguments.no_refine));
     let points = say.stage("reading", || points::read(&arguments.points, arguments.format))?;

@@ -1,11 +1,9 @@
-//! Writing beside, then renaming: a run that breaks leaves the old file as it was.
+//! Writing beside, then renaming: a run that breaks, or is killed, leaves the old file as it was.
 
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
-
-use tempfile::NamedTempFile;
 
 use crate::write_error::WriteError;
 
@@ -28,7 +26,8 @@ pub fn abandon_writes() {
 
 /// Has `write` fill a temporary file in the folder of `path`, then renames it to `path`.
 ///
-/// When anything fails, the temporary file is removed and `path` is untouched.
+/// When anything fails, the temporary file is removed and `path` is untouched; a process that is killed leaves it, as
+/// `.zeroset-….part`. Pipes and devices, which no file should take the place of, are written to as they are.
 pub(crate) fn replace_file(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>,
@@ -45,6 +44,9 @@ pub(crate) fn replace_file(
     }
     let unwritable = |source| WriteError::Unwritable { path: path.to_owned(), source };
 
+    if std::fs::metadata(path).is_ok_and(|data| !data.is_file()) {
+        return File::options().write(true).open(path).and_then(|mut file| fill(&mut file, write)).map_err(unwritable);
+    }
     let mut builder = tempfile::Builder::new();
     builder.prefix(".zeroset-").suffix(".part");
     // Temporary files are private by default; the result should be as readable as any other new file.
@@ -60,7 +62,7 @@ pub(crate) fn replace_file(
         }
         None => return Err(abandoned()),
     };
-    let written = fill(&mut temporary, write);
+    let written = fill(temporary.as_file_mut(), write);
     let mut list = writing();
     let list = list.as_mut().ok_or_else(abandoned)?;
     list.retain(|listed| listed != temporary.path());
@@ -68,11 +70,8 @@ pub(crate) fn replace_file(
     temporary.persist(path).map(drop).map_err(|error| unwritable(error.error))
 }
 
-fn fill(
-    temporary: &mut NamedTempFile,
-    write: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>,
-) -> io::Result<()> {
-    let mut out = BufWriter::new(temporary.as_file_mut());
+fn fill(file: &mut File, write: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>) -> io::Result<()> {
+    let mut out = BufWriter::new(file);
     write(&mut out).and_then(|()| out.flush())
 }
 
