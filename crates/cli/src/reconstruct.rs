@@ -147,6 +147,7 @@ fn refused(arguments: &Reconstruct, error: ReconstructError) -> Failure {
     match error {
         error if error.is_option() => Failure::usage(error),
         error if error.is_input() => Failure::input(format!("{}: {error}", arguments.points.display())),
+        error if error.is_doubt() => Failure::doubt(format!("{}: {error}", arguments.points.display())),
         error => Failure::internal(format!("{}: {error}", arguments.points.display())),
     }
 }
