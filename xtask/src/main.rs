@@ -1,5 +1,5 @@
 //! Project tasks: `cargo xtask bench`, `cargo xtask ci`, `cargo xtask compare`, `cargo xtask golden`, `cargo xtask paper`,
-//! `cargo xtask sample`.
+//! `cargo xtask sample`, `cargo xtask soak`.
 
 mod bench;
 mod ci;
@@ -7,6 +7,7 @@ mod compare;
 mod golden;
 mod paper;
 mod sample;
+mod soak;
 
 use std::path::Path;
 use std::process::{Command, ExitCode};
@@ -40,6 +41,8 @@ enum Task {
     Paper,
     /// Draw random points from a triangle mesh, uniform by area: inputs of known shape, of any size.
     Sample(sample::Arguments),
+    /// Make random small reconstructions, and look for what must not happen: panics, hangs, faulty meshes, results that differ.
+    Soak(soak::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -53,6 +56,7 @@ fn main() -> ExitCode {
         Task::Paper if cfg!(debug_assertions) => in_release("paper"),
         Task::Paper => paper::run(&root),
         Task::Sample(arguments) => sample::run(&arguments),
+        Task::Soak(arguments) => soak::run(&arguments),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
