@@ -1,9 +1,10 @@
-//! Project tasks: `cargo xtask bench`, `cargo xtask ci`, `cargo xtask compare`, `cargo xtask golden`, `cargo xtask paper`,
+//! Project tasks: `cargo xtask bench`, `cargo xtask ci`, `cargo xtask compare`, `cargo xtask faults`, `cargo xtask golden`, `cargo xtask paper`,
 //! `cargo xtask sample`, `cargo xtask soak`.
 
 mod bench;
 mod ci;
 mod compare;
+mod faults;
 mod golden;
 mod paper;
 mod sample;
@@ -31,6 +32,8 @@ enum Task {
     Ci,
     /// Run the release binary over folders of cases and write a table of what came out.
     Compare(compare::Arguments),
+    /// Plant faults in a copy of the numerical crates, one at a time, and see whether their tests fail.
+    Faults(faults::Arguments),
     /// Compare with the golden data of SciPy, trimesh and scikit-image.
     Golden {
         /// Make fixtures and golden data anew first (needs Python and npm).
@@ -51,6 +54,7 @@ fn main() -> ExitCode {
         Task::Bench(arguments) => bench::run(&root, &arguments),
         Task::Ci => ci::run(),
         Task::Compare(arguments) => compare::run(&root, &arguments),
+        Task::Faults(arguments) => faults::run(&root, &arguments),
         Task::Golden { regenerate: false } => golden::check(&root),
         Task::Golden { regenerate: true } => golden::regenerate(&root),
         Task::Paper if cfg!(debug_assertions) => in_release("paper"),
