@@ -98,7 +98,7 @@ pub enum ReconstructError {
     InitialShape(#[from] zeroset_lsq_init::Error),
     /// The refinement failed.
     #[error("dynamic reconstruction (section 2.3): {0}")]
-    Refinement(#[from] zeroset_trust_region::Error),
+    Refinement(zeroset_trust_region::Error),
     /// The zero set could not be extracted.
     #[error("extraction: {0}")]
     Extraction(zeroset_isosurface::Error),
@@ -147,6 +147,15 @@ impl From<zeroset_gefm::GefmError> for ReconstructError {
                 Self::NoSurface(error.to_string())
             }
             _ => Self::Topology(error),
+        }
+    }
+}
+
+impl From<zeroset_trust_region::Error> for ReconstructError {
+    fn from(error: zeroset_trust_region::Error) -> Self {
+        match error {
+            zeroset_trust_region::Error::Factor(factor) => Self::NoSurface(factor.to_string()),
+            error => Self::Refinement(error),
         }
     }
 }
