@@ -1,14 +1,16 @@
-//! Project tasks: `cargo xtask bench`, `cargo xtask ci`, `cargo xtask compare`, `cargo xtask foreign`, `cargo xtask golden`,
-//! `cargo xtask manual`, `cargo xtask paper`, `cargo xtask sample`.
+//! Project tasks: `cargo xtask bench`, `cargo xtask ci`, `cargo xtask compare`, `cargo xtask faults`, `cargo xtask foreign`,
+//! `cargo xtask golden`, `cargo xtask manual`, `cargo xtask paper`, `cargo xtask sample`, `cargo xtask soak`.
 
 mod bench;
 mod ci;
 mod compare;
+mod faults;
 mod foreign;
 mod golden;
 mod manual;
 mod paper;
 mod sample;
+mod soak;
 
 use std::path::Path;
 use std::process::{Command, ExitCode};
@@ -34,6 +36,8 @@ enum Task {
     Compare(compare::Arguments),
     /// Open every format that is written with other programs; those that checks/setup.sh has not installed are skipped.
     Foreign,
+    /// Plant faults in a copy of the numerical crates, one at a time, and see whether their tests fail.
+    Faults(faults::Arguments),
     /// Compare with the golden data of SciPy, trimesh and scikit-image.
     Golden {
         /// Make fixtures and golden data anew first (needs Python and npm).
@@ -46,6 +50,8 @@ enum Task {
     Paper,
     /// Draw random points from a triangle mesh, uniform by area: inputs of known shape, of any size.
     Sample(sample::Arguments),
+    /// Make random small reconstructions, and look for what must not happen: panics, hangs, faulty meshes, results that differ.
+    Soak(soak::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -55,12 +61,14 @@ fn main() -> ExitCode {
         Task::Ci => ci::run(),
         Task::Compare(arguments) => compare::run(&root, &arguments),
         Task::Foreign => foreign::run(&root),
+        Task::Faults(arguments) => faults::run(&root, &arguments),
         Task::Golden { regenerate: false } => golden::check(&root),
         Task::Golden { regenerate: true } => golden::regenerate(&root),
         Task::Manual => manual::run(&root),
         Task::Paper if cfg!(debug_assertions) => in_release("paper"),
         Task::Paper => paper::run(&root),
         Task::Sample(arguments) => sample::run(&arguments),
+        Task::Soak(arguments) => soak::run(&arguments),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

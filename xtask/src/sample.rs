@@ -1,6 +1,5 @@
 //! Random points of a triangle mesh: inputs of known shape, of any size.
 
-mod random;
 mod surface;
 #[cfg(test)]
 mod tests;
@@ -11,8 +10,8 @@ use std::path::PathBuf;
 use anyhow::{Context, Result, bail};
 use clap::Args;
 
-pub(crate) use random::Random;
 use surface::Surface;
+pub(crate) use zeroset_tests::Random;
 
 /// More points than this would need gigabytes.
 const MOST_POINTS: usize = 100_000_000;

@@ -1,6 +1,7 @@
 //! The command line.
 
 use std::path::PathBuf;
+use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
@@ -14,7 +15,7 @@ use crate::points::format_parser;
 #[command(name = "zeroset", version, arg_required_else_help = true, max_term_width = 100)]
 #[command(
     after_help = "Exit codes: 0 done, 1 internal error, 2 wrong usage, 3 input refused, 4 no trustworthy result, \
-                        5 output could not be written, 130 interrupted."
+                        5 output could not be written, 6 out of time, 130 interrupted."
 )]
 pub struct Arguments {
     #[command(subcommand)]
@@ -111,6 +112,10 @@ pub struct Reconstruct {
     /// warning [default: 70 % of what is free]
     #[arg(long, value_name = "SIZE", value_parser = parse_memory, help_heading = "Running")]
     pub memory: Option<u64>,
+    /// Wall-clock time for the whole run at most, in seconds: a run that is not done by then ends with exit code 6 and writes nothing
+    /// more; files that it had finished stay [default: no limit]
+    #[arg(long, value_name = "SECONDS", value_parser = parse_seconds, help_heading = "Running")]
+    pub time: Option<Duration>,
     /// Stop at the initial shape: no dynamic reconstruction
     #[arg(long, help_heading = "Fit")]
     pub no_refine: bool,
@@ -237,6 +242,13 @@ fn parse_direction(text: &str) -> Result<[f64; 3], String> {
         text.split(',').count() == 3 && numbers.iter().all(|c| c.is_finite()) && numbers.iter().any(|c| *c != 0.0);
     let direction = numbers.try_into().ok().filter(|_| usable);
     direction.ok_or_else(|| "three numbers are needed that are not all zero, such as 1,0.5,1".into())
+}
+
+fn parse_seconds(text: &str) -> Result<Duration, String> {
+    let seconds = text.trim().parse().ok().and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
+    seconds
+        .filter(|time| !time.is_zero())
+        .ok_or_else(|| "a positive number of seconds is needed, such as 60 or 0.5".into())
 }
 
 fn parse_memory(text: &str) -> Result<u64, String> {

@@ -9,6 +9,7 @@ use crate::advice;
 use crate::arguments::{Distance, Reconstruct, Topology};
 use crate::carried::Carried;
 use crate::failure::Failure;
+use crate::interrupt;
 use crate::picture::{Levels, PREVIEW, surface_views, three_views, write_surface};
 use crate::points;
 use crate::progress::Say;
@@ -18,6 +19,9 @@ use crate::zero_set::{describe_curve, describe_surface, write_curves, write_mesh
 
 pub fn run(arguments: &Reconstruct, say: &Say) -> Result<(), Failure> {
     let kinds = check_outputs(arguments)?;
+    if let Some(time) = arguments.time {
+        interrupt::limit(say, time);
+    }
     // Reading, topology, distance, sign, initial shape, extraction, writing, and mostly refinement.
     say.begin(7 + u64::from(!arguments.no_refine));
     let points = say.stage("reading", || points::read(&arguments.points, arguments.format))?;
@@ -154,6 +158,7 @@ fn refused(arguments: &Reconstruct, error: ReconstructError) -> Failure {
     match error {
         error if error.is_option() => Failure::usage(error),
         error if error.is_input() => Failure::input(format!("{}: {error}", arguments.points.display())),
+        error if error.is_doubt() => Failure::doubt(format!("{}: {error}", arguments.points.display())),
         error => Failure::internal(format!("{}: {error}", arguments.points.display())),
     }
 }

@@ -1,11 +1,9 @@
-//! Writing beside, then renaming: a run that breaks leaves the old file as it was.
+//! Writing beside, then renaming: a run that breaks, or is killed, leaves the old file as it was.
 
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
-
-use tempfile::NamedTempFile;
 
 use crate::write_error::WriteError;
 
@@ -33,8 +31,16 @@ pub fn abandon_writes() {
 pub fn check_writable(path: impl AsRef<Path>) -> Result<(), WriteError> {
     let path = path.as_ref();
     let folder = folder_of(path)?;
+    if is_special(path) {
+        return Ok(());
+    }
     let probe = tempfile::Builder::new().prefix(".zeroset-").suffix(".part").tempfile_in(folder);
     probe.map(drop).map_err(|source| WriteError::Unwritable { path: path.to_owned(), source })
+}
+
+/// Whether something other than a file is there already: a pipe or a device.
+fn is_special(path: &Path) -> bool {
+    std::fs::metadata(path).is_ok_and(|data| !data.is_file())
 }
 
 /// The folder that a file goes to.
@@ -54,7 +60,8 @@ fn folder_of(path: &Path) -> Result<&Path, WriteError> {
 
 /// Has `write` fill a temporary file in the folder of `path`, then renames it to `path`.
 ///
-/// When anything fails, the temporary file is removed and `path` is untouched.
+/// When anything fails, the temporary file is removed and `path` is untouched; a process that is killed leaves it, as
+/// `.zeroset-….part`. Pipes and devices, which no file should take the place of, are written to as they are.
 pub(crate) fn replace_file(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>,
@@ -62,6 +69,9 @@ pub(crate) fn replace_file(
     let folder = folder_of(path)?;
     let unwritable = |source| WriteError::Unwritable { path: path.to_owned(), source };
 
+    if is_special(path) {
+        return File::options().write(true).open(path).and_then(|mut file| fill(&mut file, write)).map_err(unwritable);
+    }
     let mut builder = tempfile::Builder::new();
     builder.prefix(".zeroset-").suffix(".part");
     // Temporary files are private by default; the result should be as readable as any other new file.
@@ -77,7 +87,7 @@ pub(crate) fn replace_file(
         }
         None => return Err(abandoned()),
     };
-    let written = fill(&mut temporary, write);
+    let written = fill(temporary.as_file_mut(), write);
     let mut list = writing();
     let list = list.as_mut().ok_or_else(abandoned)?;
     list.retain(|listed| listed != temporary.path());
@@ -85,11 +95,8 @@ pub(crate) fn replace_file(
     temporary.persist(path).map(drop).map_err(|error| unwritable(error.error))
 }
 
-fn fill(
-    temporary: &mut NamedTempFile,
-    write: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>,
-) -> io::Result<()> {
-    let mut out = BufWriter::new(temporary.as_file_mut());
+fn fill(file: &mut File, write: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>) -> io::Result<()> {
+    let mut out = BufWriter::new(file);
     write(&mut out).and_then(|()| out.flush())
 }
 

@@ -14,7 +14,10 @@ pub enum InputError {
         needed: usize,
     },
     /// Too few points are left once repeated ones are dropped.
-    #[error("only {found} of the points are different from each other: at least {needed} are needed")]
+    #[error(
+        "only {found} of the points are different from each other, to a millionth of their extent: at least {needed} are needed; if \
+         some lie far from all others, remove those"
+    )]
     TooFewDistinct {
         /// Different points.
         found: usize,
@@ -66,9 +69,15 @@ pub enum ReconstructError {
         /// Bytes allowed.
         limit: u64,
     },
+    /// The points describe no surface that could be found.
+    #[error(
+        "no surface was found: {0}. The points may lie in clusters or far apart, fill a volume, or be too few: try a more even or \
+         denser sampling, or another --resolution"
+    )]
+    NoSurface(String),
     /// The topology stage failed.
     #[error("topology (section 3): {0}")]
-    Topology(#[from] zeroset_gefm::GefmError),
+    Topology(zeroset_gefm::GefmError),
     /// The levels above the dense lattice were refused.
     #[error("levels: {0}")]
     Band(#[from] zeroset_bspline::BandError),
@@ -89,10 +98,10 @@ pub enum ReconstructError {
     InitialShape(#[from] zeroset_lsq_init::Error),
     /// The refinement failed.
     #[error("dynamic reconstruction (section 2.3): {0}")]
-    Refinement(#[from] zeroset_trust_region::Error),
+    Refinement(zeroset_trust_region::Error),
     /// The zero set could not be extracted.
     #[error("extraction: {0}")]
-    Extraction(#[from] zeroset_isosurface::Error),
+    Extraction(zeroset_isosurface::Error),
     /// Winding numbers could not be computed.
     #[error("sign (equation 14): {0}")]
     Winding(#[from] zeroset_winding::WindingError),
@@ -118,8 +127,44 @@ impl ReconstructError {
         matches!(self, Self::Option(_) | Self::Memory { .. })
     }
 
+    /// Whether there is no surface to be found, though neither the points nor the options were refused.
+    pub fn is_doubt(&self) -> bool {
+        matches!(self, Self::NoSurface(_))
+    }
+
     /// Whether the reconstruction was called off.
     pub fn is_cancelled(&self) -> bool {
         matches!(self, Self::Cancelled(_) | Self::Topology(zeroset_gefm::GefmError::Cancelled(_)))
+    }
+}
+
+impl From<zeroset_gefm::GefmError> for ReconstructError {
+    fn from(error: zeroset_gefm::GefmError) -> Self {
+        use zeroset_gefm::GefmError::{Factor, Multigrid, NoGradient};
+        match &error {
+            // Which points make a factorisation fail cannot be told before it.
+            NoGradient | Factor(_) | Multigrid(zeroset_multigrid::MultigridError::Factor(_)) => {
+                Self::NoSurface(error.to_string())
+            }
+            _ => Self::Topology(error),
+        }
+    }
+}
+
+impl From<zeroset_trust_region::Error> for ReconstructError {
+    fn from(error: zeroset_trust_region::Error) -> Self {
+        match error {
+            zeroset_trust_region::Error::Factor(factor) => Self::NoSurface(factor.to_string()),
+            error => Self::Refinement(error),
+        }
+    }
+}
+
+impl From<zeroset_isosurface::Error> for ReconstructError {
+    fn from(error: zeroset_isosurface::Error) -> Self {
+        match error {
+            zeroset_isosurface::Error::Empty => Self::NoSurface("the function is positive everywhere".into()),
+            error => Self::Extraction(error),
+        }
     }
 }

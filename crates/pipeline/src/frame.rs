@@ -1,6 +1,7 @@
 //! The unit frame.
 
 use crate::error::InputError;
+use crate::repetitions::without_repetitions;
 
 /// The similarity that takes data coordinates to the frame in which all tolerances and weights live: the bounding box is
 /// centred at zero and its longest side is 1.
@@ -18,15 +19,13 @@ pub struct Frame<const D: usize> {
 }
 
 impl<const D: usize> Frame<D> {
-    /// The frame of a point set, and the points in it. Points that stand there more than once are taken once, the first
-    /// in each place.
+    /// The frame of a point set, and the points in it. Points that repeat others, to a
+    /// millionth of the frame or as far as repeated measurements of a place differ, are taken once, the first in each place.
     ///
     /// # Errors
     /// Too few points, a coordinate that is not finite, all points equal, or all on one line (plane in 3D).
     pub fn of(points: &[[f64; D]]) -> Result<(Self, Vec<[f64; D]>), InputError> {
-        if let Some(index) = points.iter().position(|p| p.iter().any(|x| !x.is_finite())) {
-            return Err(InputError::NotFinite { index });
-        }
+        finite(points)?;
         let needed = D + 2;
         if points.len() < needed {
             return Err(InputError::TooFew { found: points.len(), needed });
@@ -46,13 +45,11 @@ impl<const D: usize> Frame<D> {
         let frame = Self { origin, scale, sides };
 
         let mapped: Vec<[f64; D]> = points.iter().map(|p| frame.to_frame(p)).collect();
-        let distinct = without_duplicates(&mapped);
+        let distinct = without_repetitions(&mapped);
         if distinct.len() < needed {
             return Err(InputError::TooFewDistinct { found: distinct.len(), needed });
         }
-        if flat(&distinct) {
-            return Err(InputError::Flat { kind: if D == 2 { "line" } else { "line or plane" } });
-        }
+        not_flat(&distinct)?;
         Ok((frame, distinct))
     }
 
@@ -67,11 +64,20 @@ impl<const D: usize> Frame<D> {
     }
 }
 
-fn without_duplicates<const D: usize>(points: &[[f64; D]]) -> Vec<[f64; D]> {
-    // Zero has two bit patterns.
-    let key = |p: &[f64; D]| p.map(|x| if x == 0.0 { 0 } else { x.to_bits() });
-    let mut seen = std::collections::HashSet::with_capacity(points.len());
-    points.iter().filter(|p| seen.insert(key(p))).copied().collect()
+/// Refuses points of which a coordinate is not finite.
+pub(crate) fn finite<const D: usize>(points: &[[f64; D]]) -> Result<(), InputError> {
+    match points.iter().position(|p| p.iter().any(|x| !x.is_finite())) {
+        Some(index) => Err(InputError::NotFinite { index }),
+        None => Ok(()),
+    }
+}
+
+/// Refuses points, in the frame, that lie on one line (or plane in 3D).
+pub(crate) fn not_flat<const D: usize>(points: &[[f64; D]]) -> Result<(), InputError> {
+    if flat(points) {
+        return Err(InputError::Flat { kind: if D == 2 { "line" } else { "line or plane" } });
+    }
+    Ok(())
 }
 
 /// Whether the points fill no more than `D − 1` dimensions: orthogonal directions are taken from the farthest points in

@@ -14,9 +14,11 @@ use crate::crossings::{crossings, gaps, off_the_surface};
 use crate::denoising::denoised;
 use crate::domain::Domain;
 use crate::error::ReconstructError;
-use crate::frame::Frame;
+use crate::far_off::far_off;
+use crate::frame::{Frame, finite, not_flat};
 use crate::memory::{self, Counts};
 use crate::noise::standard_deviation;
+use crate::one_sided::turning;
 use crate::options::{Options, Topology};
 use crate::refinement::{self, Refinement};
 use crate::report::{DistanceReport, FrameReport, InputReport, REPORT_VERSION, Report, StageFigures, StageReport};
@@ -25,6 +27,7 @@ use crate::sign_field::sign_field;
 use crate::spacing::Spacing;
 use crate::thinning::thinned;
 use crate::trust;
+use crate::volume::fill_volume;
 
 /// What a reconstruction leaves: the function, the points that it belongs to, and the report.
 #[derive(Debug, Clone)]
@@ -33,7 +36,7 @@ pub struct Reconstruction<const D: usize> {
     pub spline: HierarchicalSpline<D>,
     /// How the frame and the data are related.
     pub frame: Frame<D>,
-    /// The points in the frame, without repetitions.
+    /// The points in the frame, without repetitions and without those that lie many times farther away than the others reach.
     pub points: Vec<[f64; D]>,
     /// Which of them lie on no part of the surface, and were not fitted.
     pub outliers: Vec<bool>,
@@ -62,6 +65,8 @@ const CLEAN_RATIO: f64 = 0.4;
 pub(crate) const FINEST_RUNG: u32 = 2;
 /// Below this share of zero-set edges with data nearby, a warning is given.
 const SUPPORT_EXPECTED: f64 = 0.7;
+/// An open surface whose sides meet at more of its points is not to be trusted.
+const ONE_SIDED: f64 = 0.02;
 
 /// Reconstructs a closed curve (`D` = 2) or surface (`D` = 3) from points on it, `N × D` in any unit, as the zero set of
 /// a B-spline that is negative inside. With [`Options::open`] the zero set is cut where the points end when it is extracted.
@@ -96,10 +101,15 @@ pub fn reconstruct_watched<const D: usize>(
     watch: &Watch,
 ) -> Result<Reconstruction<D>, ReconstructError> {
     options.check()?;
-    let (frame, distinct) = Frame::of(points)?;
+    finite(points)?;
+    let far = far_off(points);
+    let near = far.as_ref().map(|far| kept(points, far));
+    let near = near.as_deref().unwrap_or(points);
+    let (frame, distinct) = Frame::of(near)?;
     let spacing = Spacing::of(&distinct);
     let mut outliers = isolated(&distinct, &spacing);
     let (heard, spacing) = without(&distinct, &outliers, spacing);
+    not_flat(&heard)?;
     let Lattices { domain, halvings, levels } = lattices(&frame, &spacing, options);
     let band = match options.refine && options.degree == 3 {
         true => Some(refinement::band(&heard, &spacing, &domain, halvings, levels)?),
@@ -184,7 +194,25 @@ pub fn reconstruct_watched<const D: usize>(
     };
 
     let trust = trust::judge(&spline, (&fitted, &fitted_spacing), few, few_spacing, &domain.knots(options.degree, 0)?)?;
-    let (warning, doubt) = trust::verdict(&trust, options.open);
+    let (warning, mut doubt) = trust::verdict(&trust, options.open);
+    if doubt.is_none() && fill_volume(&fitted) {
+        doubt = Some(
+            "no trustworthy surface was found: the points fill a volume rather than lie on a surface; remove the points inside, or \
+             try --smooth with a length above the noise"
+                .into(),
+        );
+    }
+    if doubt.is_none() && options.open {
+        let gradients = spline.evaluate(&fitted, Derivatives::Gradient).gradients;
+        let share = turning(&fitted, &gradients, &fitted_spacing.local);
+        if share > ONE_SIDED {
+            doubt = Some(format!(
+                "no trustworthy open surface was found: at {:.1} % of the points its two sides meet; it may have one side only, as \
+                 a Möbius band, or walls closer than its points: try a denser scan, or parts of it",
+                100.0 * share
+            ));
+        }
+    }
     let mut warnings = warnings(&road.stages, options.open);
     warnings.extend(warning);
     warnings.extend(memory.warning(cell));
@@ -196,6 +224,12 @@ pub fn reconstruct_watched<const D: usize>(
             spacing.typical / frame.scale
         ));
     }
+    if near.len() < points.len() {
+        warnings.push(format!(
+            "{} of the points lie many times farther away than the others reach: they were left out",
+            points.len() - near.len()
+        ));
+    }
     if fitted.len() < distinct.len() {
         info!(outliers = distinct.len() - fitted.len(), "points on no surface with others were left out");
     }
@@ -205,8 +239,8 @@ pub fn reconstruct_watched<const D: usize>(
         input: InputReport {
             dimension: D,
             points: points.len(),
-            repeated: points.len() - distinct.len(),
-            outliers: distinct.len() - fitted.len(),
+            repeated: near.len() - distinct.len(),
+            outliers: distinct.len() - fitted.len() + points.len() - near.len(),
             spacing: spacing.typical / frame.scale,
             noise: noise / frame.scale,
         },

@@ -82,7 +82,7 @@ const FAR: f64 = 3.0;
 const ROUND: f64 = 0.25;
 
 /// How evenly some points spread in all directions: `det C / (tr C / D)^D` of their covariance C, from 0 (flat) to 1.
-fn roundness<const D: usize>(points: &[[f64; D]], indices: &[usize]) -> f64 {
+pub(crate) fn roundness<const D: usize>(points: &[[f64; D]], indices: &[usize]) -> f64 {
     let count = indices.len() as f64;
     let centre: [f64; D] = std::array::from_fn(|axis| indices.iter().map(|&i| points[i][axis]).sum::<f64>() / count);
     let mut c = [[0.0; 3]; 3];

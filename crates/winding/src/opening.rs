@@ -149,6 +149,13 @@ mod tests {
     }
 
     #[test]
+    fn no_box_is_far_within_twice_its_radius_whatever_it_weighs() {
+        let light = Opening { radius_square: 1.0, weight: 0.0 };
+        assert!(!light.is_far::<2>(3.99) && light.is_far::<2>(4.01));
+        assert!(!light.is_far::<3>(3.99) && light.is_far::<3>(4.01));
+    }
+
+    #[test]
     fn expansion_has_all_terms_up_to_the_order() {
         let golden = |i: usize, s: f64| (0.618 * s * i as f64).fract() - 0.5;
         let sources: Vec<Source<3>> = (0..40)

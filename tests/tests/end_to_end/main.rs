@@ -1,6 +1,8 @@
 //! The whole road on the fixtures and on shapes with a known answer. One binary, since each costs a minute to build.
 
+mod awkward;
 mod density;
 mod fixtures;
 mod invariance;
 mod open_surfaces;
+mod soak;

@@ -2,8 +2,8 @@
 
 use anyhow::{Result, bail};
 
-use super::random::Random;
 use super::triangles::Triangle;
+use zeroset_tests::Random;
 
 /// Triangles of positive area.
 pub struct Surface {

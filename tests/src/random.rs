@@ -3,10 +3,15 @@
 use std::f64::consts::TAU;
 
 /// SplitMix64 (Steele, Lea and Flood 2014).
-pub struct Random(pub u64);
+#[derive(Debug, Clone)]
+pub struct Random(
+    /// The seed, and then the state.
+    pub u64,
+);
 
 impl Random {
-    fn next(&mut self) -> u64 {
+    /// 64 random bits.
+    pub fn bits(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
         z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -16,7 +21,18 @@ impl Random {
 
     /// Uniform in `0 ≤ u < 1`.
     pub fn uniform(&mut self) -> f64 {
-        (self.next() >> 11) as f64 / (1u64 << 53) as f64
+        (self.bits() >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    /// A whole number below `count`, which must not be 0.
+    pub fn below(&mut self, count: usize) -> usize {
+        // Far fewer than 2^64: no remainder is noticeably more frequent than another.
+        (self.bits() % count as u64) as usize
+    }
+
+    /// Whether something happens that does so once in `times`.
+    pub fn one_in(&mut self, times: usize) -> bool {
+        self.below(times) == 0
     }
 
     /// Of mean 0 and standard deviation 1 (Box and Muller 1958).

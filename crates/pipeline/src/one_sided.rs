@@ -1,0 +1,68 @@
+//! Whether an open surface has two sides everywhere.
+//!
+//! Around a Möbius band the side turns over: no function is negative on one side of it and positive on the other. Somewhere the signs
+//! meet, and the zero set leaves the points there. Winding numbers do not show it, for an open surface has no inside.
+
+use std::num::NonZero;
+
+use kiddo::{ImmutableKdTree, SquaredEuclidean};
+use rayon::prelude::*;
+
+/// How many neighbours are looked at.
+const NEIGHBOURS: usize = 6;
+/// And how far away they may be, in spacings.
+const NEAR: f64 = 1.5;
+/// Normals with a smaller scalar product are opposite.
+const OPPOSITE: f64 = -0.5;
+/// The largest sine between a tangent plane and the way to a neighbour in it.
+const IN_PLANE: f64 = 0.5;
+
+/// Share of the points with a neighbour in their tangent plane where the `gradients` point the other way. `spacing` is local.
+pub fn turning<const D: usize>(points: &[[f64; D]], gradients: &[[f64; D]], spacing: &[f64]) -> f64 {
+    if points.len() <= NEIGHBOURS {
+        return 0.0;
+    }
+    let dot = |a: &[f64; D], b: &[f64; D]| (0..D).map(|k| a[k] * b[k]).sum::<f64>();
+    let normals: Vec<[f64; D]> = gradients
+        .iter()
+        .map(|g| {
+            let norm = dot(g, g).sqrt();
+            g.map(|x| if norm > 0.0 { x / norm } else { 0.0 })
+        })
+        .collect();
+    let tree = ImmutableKdTree::<f64, D>::new_from_slice(points).expect("points are distinct and finite");
+    let wanted = NonZero::new(NEIGHBOURS + 1).expect("at least one");
+    let turns = |i: usize| {
+        let nearest = tree.query(&points[i]).nearest_n::<SquaredEuclidean<f64>>(wanted).execute();
+        nearest.iter().map(|n| n.item as usize).any(|j| {
+            let way: [f64; D] = std::array::from_fn(|k| points[j][k] - points[i][k]);
+            let length = dot(&way, &way).sqrt();
+            let in_plane = |normal| dot(normal, &way).abs() < IN_PLANE * length;
+            length < NEAR * spacing[i]
+                && dot(&normals[i], &normals[j]) < OPPOSITE
+                && in_plane(&normals[i])
+                && in_plane(&normals[j])
+        })
+    };
+    let count = (0..points.len()).into_par_iter().filter(|&i| turns(i)).count();
+    count as f64 / points.len() as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sheet_that_turns_over_is_seen_and_two_walls_are_not() {
+        let grid: Vec<[f64; 3]> = (0..400).map(|i| [f64::from(i % 20), f64::from(i / 20), 0.0]).collect();
+        let up = vec![[0.0, 0.0, 2.0]; 400];
+        assert_eq!(turning(&grid, &up, &[1.0; 400]), 0.0);
+        let mut turned = up.clone();
+        turned[200..].iter_mut().for_each(|normal| normal[2] = -2.0);
+        // A row of twenty on each side of the middle.
+        assert_eq!(turning(&grid, &turned, &[1.0; 400]), 0.1);
+        let walls: Vec<[f64; 3]> =
+            grid.iter().enumerate().map(|(i, p)| [p[0], p[1] % 10.0, if i < 200 { 0.0 } else { 1.0 }]).collect();
+        assert_eq!(turning(&walls, &turned, &[1.0; 400]), 0.0);
+    }
+}

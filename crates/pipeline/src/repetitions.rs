@@ -1,0 +1,101 @@
+//! Points that repeat others.
+
+use std::collections::HashSet;
+
+/// Points are told apart to `2^-FINEST` of the frame, a millionth: detail of that size is far below any cell.
+const FINEST: u32 = 20;
+/// Repetitions are told from detail by a gap of so many octaves: lattices over which hardly any group of points falls apart.
+const GAP: u32 = 3;
+/// How much hardly any is: random samples of a curve that are half apart grow by 1.75 in so many octaves, of a surface by more. What
+/// groups grow by comes from those that the border of a cell divides.
+const HARDLY: f64 = 1.5;
+
+/// One point, the first, of each group that lies closer together than the rest by far: equal ones, such as differ by rounding, and
+/// those of places that were measured again and again. In the frame, where points lie between -1 and 1.
+///
+/// What a group is the points say themselves. The number of lattice cells that hold them, N(h), grows as the cells' side h is
+/// halved until each sample of the surface has its own cell. If N then stands still for several octaves before it grows again to at
+/// least twice that number, the points come in groups.
+pub fn without_repetitions<const D: usize>(points: &[[f64; D]]) -> Vec<[f64; D]> {
+    let octave = octave_of_groups(points);
+    let mut seen = HashSet::with_capacity(points.len());
+    points.iter().filter(|p| seen.insert(cell(p, octave))).copied().collect()
+}
+
+/// The lattice cell that a point lies in, by its indices.
+fn cell<const D: usize>(point: &[f64; D], octave: u32) -> [i32; D] {
+    // Below 2^21 in size.
+    point.map(|x| (x * f64::from(1u32 << octave)).round() as i32)
+}
+
+/// Cells of side `2^-octave` hold one group each.
+fn octave_of_groups<const D: usize>(points: &[[f64; D]]) -> u32 {
+    // Sorted along a curve that stays in a cell until it has seen all of it (Morton 1966): neighbours on it first differ at the
+    // octave at which their cells do.
+    let mut codes: Vec<u64> = points.iter().map(|p| morton(&cell(p, FINEST))).collect();
+    codes.sort_unstable();
+    let mut occupied = [1usize; FINEST as usize + 1];
+    for pair in codes.windows(2) {
+        let differ = pair[0] ^ pair[1];
+        if differ != 0 {
+            // Of D bits per octave the finest are the last.
+            let from = FINEST.saturating_sub(differ.ilog2() / D as u32);
+            occupied[from as usize..].iter_mut().for_each(|count| *count += 1);
+        }
+    }
+    let most = occupied[FINEST as usize];
+    // The longest standstill with half of all cells at most; a lattice that has only begun to fill has too few to tell.
+    let stands = |from: u32, to: u32| occupied[to as usize] as f64 <= HARDLY * occupied[from as usize] as f64;
+    (1..=FINEST - GAP)
+        .filter(|&from| 2 * occupied[from as usize] <= most && occupied[from as usize] >= FEWEST)
+        .find(|&from| stands(from, from + GAP))
+        .map_or(FINEST, |from| from + 1)
+}
+
+/// Fewer groups have no shape.
+const FEWEST: usize = 10;
+
+/// The bits of the indices, made positive, in turn.
+fn morton<const D: usize>(index: &[i32; D]) -> u64 {
+    let mut code = 0;
+    for bit in (0..=FINEST).rev() {
+        for i in index {
+            code = code << 1 | u64::from((i + (1 << FINEST)) as u32 >> bit & 1);
+        }
+    }
+    code
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn circle(count: u32) -> Vec<[f64; 2]> {
+        let turn = std::f64::consts::TAU / f64::from(count);
+        (0..count).map(|i| (turn * f64::from(i)).sin_cos()).map(|(s, c)| [0.5 * c, 0.5 * s]).collect()
+    }
+
+    #[test]
+    fn places_that_were_measured_again_are_taken_once() {
+        let places = circle(100);
+        for jitter in [0.0, 1e-12, 1e-8, 1e-6, 1e-4] {
+            let wobble = |i: u32| jitter * (f64::from(i) * 0.754_877_666).fract();
+            let again: Vec<[f64; 2]> = (0..2000u32).map(|i| places[i as usize % 100].map(|x| x + wobble(i))).collect();
+            let kept = without_repetitions(&again).len();
+            // A place on the border of cells is taken up to four times; of a hundred places few are.
+            assert!((100..=130).contains(&kept), "{jitter}: {kept}");
+        }
+    }
+
+    #[test]
+    fn uneven_samples_are_kept() {
+        assert_eq!(without_repetitions(&circle(1000)), circle(1000));
+        // A hundred times denser in one part.
+        let mut uneven = circle(100);
+        uneven.extend((0..1000).map(|i| 1e-5 * 62.8 * f64::from(i)).map(|t| [0.5 * t.cos() + 1e-4, 0.5 * t.sin()]));
+        assert_eq!(without_repetitions(&uneven), uneven);
+        let lattice: Vec<[f64; 3]> =
+            (0..1000).map(|i| [i % 10, i / 10 % 10, i / 100].map(|x| f64::from(x) / 10.0 - 0.45)).collect();
+        assert_eq!(without_repetitions(&lattice), lattice);
+    }
+}

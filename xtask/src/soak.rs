@@ -1,0 +1,106 @@
+//! `cargo xtask soak`: random small reconstructions without end, and what came of them.
+
+use std::collections::BTreeMap;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use anyhow::{Result, bail};
+use clap::Args;
+use zeroset_tests::{Case, soak};
+
+/// Slower runs than this are named: they should take a third of a second.
+const SLOW: Duration = Duration::from_secs(3);
+/// So many of them at most.
+const SLOWEST: usize = 5;
+
+/// What `soak` is told.
+#[derive(Args)]
+pub struct Arguments {
+    /// Number of runs
+    #[arg(long, value_name = "N", default_value_t = 10_000)]
+    runs: u64,
+    /// Seed of the first run; each has the next one
+    #[arg(long, value_name = "SEED", default_value_t = 1)]
+    seed: u64,
+    /// Runs at a time [default: one per core]
+    #[arg(long, value_name = "N")]
+    jobs: Option<usize>,
+    /// Seconds after which a run hangs: more on a busy machine
+    #[arg(long, value_name = "SECONDS", default_value_t = 30)]
+    limit: u64,
+}
+
+/// What came of the runs.
+#[derive(Default)]
+struct Tally {
+    outcomes: BTreeMap<String, u64>,
+    violations: Vec<(u64, String)>,
+    slow: Vec<(Duration, u64, String)>,
+}
+
+/// Makes the runs, says what came of them, and fails if anything happened that must not.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    let jobs = arguments.jobs.unwrap_or_else(|| thread::available_parallelism().map_or(1, usize::from)).max(1);
+    let end = arguments.seed.saturating_add(arguments.runs);
+    let (next, tally, start) = (AtomicU64::new(arguments.seed), Mutex::new(Tally::default()), Instant::now());
+    // Panics are told of below, with the seed; what the hook would print helps nobody find it.
+    std::panic::set_hook(Box::new(|_| {}));
+    thread::scope(|scope| {
+        for _ in 0..jobs {
+            scope.spawn(|| {
+                loop {
+                    let seed = next.fetch_add(1, Ordering::Relaxed);
+                    if seed >= end {
+                        break;
+                    }
+                    one(seed, Duration::from_secs(arguments.limit), &tally);
+                    let done = seed - arguments.seed + 1;
+                    if done.is_multiple_of(500) {
+                        eprintln!("{done} runs, {:.0} s", start.elapsed().as_secs_f64());
+                    }
+                }
+            });
+        }
+    });
+    let _ = std::panic::take_hook();
+    let mut tally = tally.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
+    println!("{} runs from seed {} in {:.0} s", arguments.runs, arguments.seed, start.elapsed().as_secs_f64());
+    for (outcome, count) in &tally.outcomes {
+        println!("{count:8} {outcome}");
+    }
+    tally.slow.sort_by_key(|(time, ..)| std::cmp::Reverse(*time));
+    for (time, seed, name) in tally.slow.iter().take(SLOWEST) {
+        println!("slow: seed {seed} took {:.1} s: {name}", time.as_secs_f64());
+    }
+    if !tally.violations.is_empty() {
+        tally.violations.sort();
+        for (seed, violation) in &tally.violations {
+            println!("seed {seed}: {violation}");
+        }
+        bail!("{} of {} runs ended as they must not", tally.violations.len(), arguments.runs);
+    }
+    Ok(())
+}
+
+fn one(seed: u64, limit: Duration, tally: &Mutex<Tally>) {
+    let (case, start) = (Case::of_seed(seed), Instant::now());
+    let verdict = soak(&case, limit);
+    let time = start.elapsed();
+    // A tally has no state between two others.
+    let mut tally = tally.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+    let outcome = match verdict {
+        Ok(outcome) => format!("{outcome:?}"),
+        Err(violation) => {
+            let text = format!("{violation:?}: {}; {:?}", case.name, case.options);
+            eprintln!("seed {seed}: {text}");
+            tally.violations.push((seed, text));
+            "VIOLATION".into()
+        }
+    };
+    *tally.outcomes.entry(outcome).or_default() += 1;
+    if time > SLOW {
+        tally.slow.push((time, seed, case.name));
+    }
+}
