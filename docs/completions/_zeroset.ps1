@@ -52,6 +52,7 @@ Register-ArgumentCompleter -Native -CommandName 'zeroset' -ScriptBlock {
             [CompletionResult]::new('--topology', '--topology', [CompletionResultType]::ParameterName, 'How inside is told from outside')
             [CompletionResult]::new('--distance', '--distance', [CompletionResultType]::ParameterName, 'How the distance on the lattice is computed')
             [CompletionResult]::new('--memory', '--memory', [CompletionResultType]::ParameterName, 'Memory to use at most: bytes, or with K, M, G or T (powers of 1024). Where more would be needed cells are coarser, with a warning [default: 70 % of what is free]')
+            [CompletionResult]::new('--time', '--time', [CompletionResultType]::ParameterName, 'Wall-clock time for the whole run at most, in seconds: a run that is not done by then ends with exit code 6 and writes nothing more; files that it had finished stay [default: no limit]')
             [CompletionResult]::new('--threads', '--threads', [CompletionResultType]::ParameterName, 'Number of threads; the result does not depend on it [default: all cores]')
             [CompletionResult]::new('--open', '--open', [CompletionResultType]::ParameterName, 'Leave open what the points leave open: the result ends where they do, within about two of their spacings, and holes larger than that stay [default: everything is closed]')
             [CompletionResult]::new('--no-refine', '--no-refine', [CompletionResultType]::ParameterName, 'Stop at the initial shape: no dynamic reconstruction')

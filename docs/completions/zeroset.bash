@@ -395,7 +395,7 @@ _zeroset() {
             return 0
             ;;
         zeroset__subcmd__reconstruct)
-            opts="-o -q -h --format --output --oriented --up --report --resolution --smooth --open --degree --topology --distance --memory --no-refine --accept-doubt --quiet --threads --help"
+            opts="-o -q -h --format --output --oriented --up --report --resolution --smooth --open --degree --topology --distance --memory --time --no-refine --accept-doubt --quiet --threads --help"
             if [[ ${cur} == -* || ${COMP_CWORD} -eq 2 ]] ; then
                 COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
                 return 0
@@ -446,6 +446,10 @@ _zeroset() {
                     return 0
                     ;;
                 --memory)
+                    COMPREPLY=($(compgen -f "${cur}"))
+                    return 0
+                    ;;
+                --time)
                     COMPREPLY=($(compgen -f "${cur}"))
                     return 0
                     ;;

@@ -48,6 +48,7 @@ set edit:completion:arg-completer[zeroset] = {|@words|
             cand --topology 'How inside is told from outside'
             cand --distance 'How the distance on the lattice is computed'
             cand --memory 'Memory to use at most: bytes, or with K, M, G or T (powers of 1024). Where more would be needed cells are coarser, with a warning [default: 70 % of what is free]'
+            cand --time 'Wall-clock time for the whole run at most, in seconds: a run that is not done by then ends with exit code 6 and writes nothing more; files that it had finished stay [default: no limit]'
             cand --threads 'Number of threads; the result does not depend on it [default: all cores]'
             cand --open 'Leave open what the points leave open: the result ends where they do, within about two of their spacings, and holes larger than that stay [default: everything is closed]'
             cand --no-refine 'Stop at the initial shape: no dynamic reconstruction'

@@ -64,6 +64,7 @@ complete -c zeroset -n "__fish_zeroset_using_subcommand reconstruct" -l distance
 godunov\t'The paper\'s Godunov scheme'
 exact\t'A search per node'"
 complete -c zeroset -n "__fish_zeroset_using_subcommand reconstruct" -l memory -d 'Memory to use at most: bytes, or with K, M, G or T (powers of 1024). Where more would be needed cells are coarser, with a warning [default: 70 % of what is free]' -r
+complete -c zeroset -n "__fish_zeroset_using_subcommand reconstruct" -l time -d 'Wall-clock time for the whole run at most, in seconds: a run that is not done by then ends with exit code 6 and writes nothing more; files that it had finished stay [default: no limit]' -r
 complete -c zeroset -n "__fish_zeroset_using_subcommand reconstruct" -l threads -d 'Number of threads; the result does not depend on it [default: all cores]' -r
 complete -c zeroset -n "__fish_zeroset_using_subcommand reconstruct" -l open -d 'Leave open what the points leave open: the result ends where they do, within about two of their spacings, and holes larger than that stay [default: everything is closed]'
 complete -c zeroset -n "__fish_zeroset_using_subcommand reconstruct" -l no-refine -d 'Stop at the initial shape: no dynamic reconstruction'
