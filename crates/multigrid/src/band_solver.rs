@@ -12,7 +12,7 @@ const LOWER: f64 = 1.0 / 30.0;
 
 /// Steps to estimate the largest eigenvalue. An estimate that is too low does no harm: a polynomial of odd degree stays
 /// positive beyond it.
-const LANCZOS: usize = 3;
+const LANCZOS: usize = 5;
 
 /// When to end a solve.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -69,7 +69,7 @@ struct Work {
 }
 
 impl<'a, 'o, const D: usize> BandSolver<'a, 'o, D> {
-    /// Estimates the largest eigenvalue, with three products.
+    /// Estimates the largest eigenvalue, with five products.
     pub fn new(operator: &'o BandOperator<'a, D>) -> Self {
         let inverse_diagonal: Vec<f64> = operator.diagonal().iter().map(|d| 1.0 / d).collect();
         let jacobi = |r: &[f64], z: &mut [f64]| {

@@ -1,5 +1,6 @@
 //! Whether the points fill a volume (an area in the plane) instead of lying on a surface (a curve).
 
+use std::cmp::Ordering;
 use std::num::NonZero;
 
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
@@ -12,7 +13,7 @@ const ASKED: usize = 500;
 /// Points of the small neighbourhood.
 const FEW: usize = 12;
 /// And of the large one: a share of all, at most so many. What is only noisy looks flat in it.
-const MANY: usize = 100;
+const MANY: usize = 400;
 const SHARE: usize = 8;
 /// With fewer points than this, in the plane and in space, nobody can tell: a large neighbourhood is the whole shape.
 const ENOUGH: [usize; 2] = [100, 300];
@@ -34,7 +35,10 @@ pub fn fill_volume<const D: usize>(points: &[[f64; D]]) -> bool {
 
 fn median_roundness<const D: usize>(points: &[[f64; D]]) -> [f64; 2] {
     let tree = ImmutableKdTree::<f64, D>::new_from_slice(points).expect("points are distinct and finite");
-    let asked: Vec<&[f64; D]> = points.iter().step_by(points.len().div_ceil(ASKED)).collect();
+    // Whatever the order of the points.
+    let mut sorted: Vec<&[f64; D]> = points.iter().collect();
+    sorted.par_sort_unstable_by(|a, b| a.partial_cmp(b).unwrap_or(Ordering::Equal));
+    let asked: Vec<&[f64; D]> = sorted.into_iter().step_by(points.len().div_ceil(ASKED)).collect();
     [FEW, MANY.min(points.len() / SHARE).max(FEW)].map(|count| {
         let wanted = NonZero::new(count + 1).expect("at least one");
         let mut found: Vec<f64> = asked
@@ -88,6 +92,7 @@ mod tests {
                 assert!(!fill_volume(&torus), "{count} {noise}: {:?}", median_roundness(&torus));
             }
         }
+        // Noise as large as the spacing.
         let noisy = torus(5000, (15.8_f64 / 5000.0).sqrt());
         assert!(!fill_volume(&noisy), "{:?}", median_roundness(&noisy));
     }
