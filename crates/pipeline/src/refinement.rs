@@ -208,9 +208,10 @@ impl<const D: usize> Refinement<'_, D> {
             cancel: self.cancel.clone(),
             ..trust_region::LevelOptions::for_spacing::<D>(spacing)
         };
-        // One more step after the held-out error has turned costs as much as all that it could still gain; but of few
-        // points so few are held out that their error may turn by chance.
-        settings.patience = if self.points.len() < FEW { 4 } else { 1 };
+        if self.points.len() < FEW {
+            // So few are held out that their error may turn by chance.
+            settings.patience = 4;
+        }
         if let Some(length) = self.smoothing {
             settings.smoothing_length = length.max(first);
             settings.smallest_smoothing_length = length;
