@@ -5,4 +5,5 @@ mod density;
 mod fixtures;
 mod invariance;
 mod open_surfaces;
+mod report_page;
 mod soak;
