@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use zeroset::{Options, ReconstructError, Reconstruction, extract_curve, extract_surface, reconstruct};
+use zeroset::{Options, Point, ReconstructError, Reconstruction, extract_curve, extract_surface, reconstruct};
 
 use crate::case::{Case, Cloud};
 use crate::half_edges::{Faults, faults_of_loops, faults_of_mesh};
@@ -118,7 +118,10 @@ fn reconstructed<const D: usize>(
     points: &[[f64; D]],
     options: &Options,
     extract: impl FnOnce(&mut Reconstruction<D>) -> Result<Extracted<D>, ReconstructError>,
-) -> Result<Run, Violation> {
+) -> Result<Run, Violation>
+where
+    [f64; D]: Point<D>,
+{
     let mut result = match reconstruct(points, options) {
         Ok(result) => result,
         Err(error) => return refused(&error),

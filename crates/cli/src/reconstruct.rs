@@ -93,7 +93,10 @@ fn reconstruct<const D: usize>(
     points: &[[f64; D]],
     options: &zeroset::Options,
     say: &Say,
-) -> Result<Reconstruction<D>, Failure> {
+) -> Result<Reconstruction<D>, Failure>
+where
+    [f64; D]: zeroset::Point<D>,
+{
     say.watched(|watch| zeroset::reconstruct_watched(points, options, watch)).map_err(|error| refused(arguments, error))
 }
 

@@ -54,6 +54,7 @@ mod memory;
 mod noise;
 mod one_sided;
 mod options;
+mod point;
 mod reconstruct;
 mod refinement;
 mod repetitions;
@@ -76,6 +77,7 @@ pub use extraction::{Figures, extract_curve, extract_surface};
 pub use frame::Frame;
 pub use memory::{MemoryReport, extraction_need, memory_limit};
 pub use options::{Options, Topology};
+pub use point::Point;
 pub use reconstruct::{OrientedPoint, Reconstruction, coarse_cells, reconstruct, reconstruct_watched};
 pub use report::{
     DistanceReport, ExtractionReport, FrameReport, InputReport, REPORT_VERSION, Report, StageFigures, StageReport,

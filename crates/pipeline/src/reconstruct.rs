@@ -20,6 +20,7 @@ use crate::memory::{self, Counts};
 use crate::noise::standard_deviation;
 use crate::one_sided::turning;
 use crate::options::{Options, Topology};
+use crate::point::{Point, Reconstruct};
 use crate::refinement::{self, Refinement};
 use crate::report::{DistanceReport, FrameReport, InputReport, REPORT_VERSION, Report, StageFigures, StageReport};
 use crate::sign::synthesize;
@@ -76,7 +77,10 @@ const ONE_SIDED: f64 = 0.02;
 pub fn reconstruct<const D: usize>(
     points: &[[f64; D]],
     options: &Options,
-) -> Result<Reconstruction<D>, ReconstructError> {
+) -> Result<Reconstruction<D>, ReconstructError>
+where
+    [f64; D]: Point<D>,
+{
     reconstruct_watched(points, options, &Watch::default())
 }
 
@@ -96,6 +100,18 @@ pub fn reconstruct<const D: usize>(
 /// # Errors
 /// As [`reconstruct`], and [`ReconstructError::is_cancelled`] errors.
 pub fn reconstruct_watched<const D: usize>(
+    points: &[[f64; D]],
+    options: &Options,
+    watch: &Watch,
+) -> Result<Reconstruction<D>, ReconstructError>
+where
+    [f64; D]: Point<D>,
+{
+    Reconstruct::reconstruct(points, options, watch)
+}
+
+/// See [`reconstruct_watched`].
+pub(crate) fn road<const D: usize>(
     points: &[[f64; D]],
     options: &Options,
     watch: &Watch,
