@@ -5,6 +5,7 @@ use std::io::{ErrorKind, Read};
 use std::path::Path;
 
 use clap::error::{ContextKind, ContextValue};
+use strsim::levenshtein as slips;
 use zeroset_io::{POINT_EXTENSIONS, PointFormat, ReadError, extension_among};
 
 use crate::failure::Failure;
@@ -114,22 +115,6 @@ fn points_files(folder: &Path) -> Vec<String> {
     let mut names: Vec<String> = files.filter_map(|entry| entry.file_name().into_string().ok()).collect();
     names.sort();
     names
-}
-
-/// Letters to be changed, put in or left out to turn one word into the other (Levenshtein, 1966); two that are swapped count twice.
-fn slips(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.chars().collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, x) in a.chars().enumerate() {
-        let mut corner = row[0];
-        row[0] = i + 1;
-        for (j, y) in b.iter().enumerate() {
-            let change = corner + usize::from(x != *y);
-            corner = row[j + 1];
-            row[j + 1] = change.min(corner + 1).min(row[j] + 1);
-        }
-    }
-    row[b.len()]
 }
 
 /// A saved function is needed; `right` is how the command is meant where what was taken for the function is in truth the points.

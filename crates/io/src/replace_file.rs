@@ -5,6 +5,8 @@ use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
+use tempfile::NamedTempFile;
+
 use crate::write_error::WriteError;
 
 /// The temporary files that are being written; nothing once writing was abandoned.
@@ -34,8 +36,7 @@ pub fn check_writable(path: impl AsRef<Path>) -> Result<(), WriteError> {
     if is_special(path) {
         return Ok(());
     }
-    let probe = tempfile::Builder::new().prefix(".zeroset-").suffix(".part").tempfile_in(folder);
-    probe.map(drop).map_err(|source| WriteError::Unwritable { path: path.to_owned(), source })
+    temporary_in(folder).map(drop).map_err(|source| WriteError::Unwritable { path: path.to_owned(), source })
 }
 
 /// Whether something other than a file is there already: a pipe or a device.
@@ -58,6 +59,15 @@ fn folder_of(path: &Path) -> Result<&Path, WriteError> {
     Ok(folder)
 }
 
+fn temporary_in(folder: &Path) -> io::Result<NamedTempFile> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".zeroset-").suffix(".part");
+    // Temporary files are private by default; the result should be as readable as any other new file.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    builder.tempfile_in(folder)
+}
+
 /// Has `write` fill a temporary file in the folder of `path`, then renames it to `path`.
 ///
 /// When anything fails, the temporary file is removed and `path` is untouched; a process that is killed leaves it, as
@@ -72,16 +82,11 @@ pub(crate) fn replace_file(
     if is_special(path) {
         return File::options().write(true).open(path).and_then(|mut file| fill(&mut file, write)).map_err(unwritable);
     }
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".zeroset-").suffix(".part");
-    // Temporary files are private by default; the result should be as readable as any other new file.
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     let abandoned = || WriteError::Abandoned { path: path.to_owned() };
     // Made and listed at one stroke, and so renamed: whoever abandons the writes misses none.
     let mut temporary = match &mut *writing() {
         Some(list) => {
-            let temporary = builder.tempfile_in(folder).map_err(unwritable)?;
+            let temporary = temporary_in(folder).map_err(unwritable)?;
             list.push(temporary.path().to_owned());
             temporary
         }

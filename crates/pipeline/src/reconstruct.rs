@@ -125,7 +125,10 @@ pub(crate) fn road<const D: usize>(
     let spacing = Spacing::of(&distinct);
     let mut outliers = isolated(&distinct, &spacing);
     let (heard, spacing) = without(&distinct, &outliers, spacing);
-    not_flat(&heard)?;
+    if heard.len() < distinct.len() {
+        // The frame has seen that all of them are not.
+        not_flat(&heard)?;
+    }
     let Lattices { domain, halvings, levels } = lattices(&frame, &spacing, options);
     let band = match options.refine && options.degree == 3 {
         true => Some(refinement::band(&heard, &spacing, &domain, halvings, levels)?),

@@ -135,16 +135,13 @@ impl<const D: usize> Refinement<'_, D> {
             return Ok((self.on_levels(initial, band, &sides, &areas)?, stray));
         }
         sides.normals = normals(self.f_hat, self.points);
-        let most = |share: f64| (share * self.points.len() as f64) as usize;
         let mut refined = self.on_levels(initial, band, &sides, &areas)?;
         for _ in 0..ROUNDS {
             if self.cancel.is_cancelled() {
                 break;
             }
-            let mut changes = self.changes(initial, &refined.0);
-            changes.truncate(if changes.len() > most(MOST_HELD) { 0 } else { changes.len() });
-            let mut dropped = self.strays(&refined.0, &stray);
-            dropped.truncate(if dropped.len() > most(MOST_STRAYS) { 0 } else { dropped.len() });
+            let changes = self.if_few(MOST_HELD, self.changes(initial, &refined.0));
+            let dropped = self.if_few(MOST_STRAYS, self.strays(&refined.0, &stray));
             if changes.is_empty() && dropped.is_empty() {
                 break;
             }
@@ -163,6 +160,11 @@ impl<const D: usize> Refinement<'_, D> {
             refined = self.on_levels(initial, band, &sides, &areas)?;
         }
         Ok((refined, stray))
+    }
+
+    /// What was found, or nothing if it is more than a share of the points.
+    fn if_few<T>(&self, share: f64, found: Vec<T>) -> Vec<T> {
+        if found.len() > (share * self.points.len() as f64) as usize { Vec::new() } else { found }
     }
 
     /// Points with a speck to themselves that are not `known`; none where the points are noisy, and not fitted closely.

@@ -1,6 +1,6 @@
 //! Points that repeat others.
 
-use std::collections::HashSet;
+use rustc_hash::FxHashSet;
 
 /// Points are told apart to `2^-FINEST` of the frame, a millionth: detail of that size is far below any cell.
 const FINEST: u32 = 20;
@@ -18,7 +18,7 @@ const HARDLY: f64 = 1.5;
 /// least twice that number, the points come in groups.
 pub fn without_repetitions<const D: usize>(points: &[[f64; D]]) -> Vec<[f64; D]> {
     let octave = octave_of_groups(points);
-    let mut seen = HashSet::with_capacity(points.len());
+    let mut seen = FxHashSet::with_capacity_and_hasher(points.len(), Default::default());
     points.iter().filter(|p| seen.insert(cell(p, octave))).copied().collect()
 }
 
