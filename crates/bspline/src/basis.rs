@@ -28,6 +28,9 @@ impl Basis {
     pub(crate) fn in_span(knots: &KnotVector, span: usize, x: f64, order: usize) -> Self {
         let degree = knots.degree();
         let t = knots.knots();
+        if let (3, Some(spacing)) = (degree, knots.uniform_spacing()) {
+            return Self::cardinal(span, (x - t[span]) / (t[span + 1] - t[span]), spacing, order);
+        }
         // Row j of `table` holds the basis functions of degree j, column r the knot differences.
         let mut table = [[0.0; WIDTH]; WIDTH];
         let (mut left, mut right) = ([0.0; WIDTH], [0.0; WIDTH]);
@@ -83,6 +86,32 @@ impl Basis {
             }
         }
         Self { first: span - degree, width: degree + 1, rows }
+    }
+
+    /// The four cubic cardinal functions at `u` of the way through a cell whose sides are `spacing`.
+    fn cardinal(span: usize, u: f64, spacing: f64, order: usize) -> Self {
+        let mut rows = [[0.0; WIDTH]; MAX_DERIVATIVE + 1];
+        let v = 1.0 - u;
+        let (uu, vv) = (u * u, v * v);
+        rows[0][..4].copy_from_slice(&[
+            vv * v / 6.0,
+            2.0 / 3.0 - uu * (1.0 - 0.5 * u),
+            2.0 / 3.0 - vv * (1.0 - 0.5 * v),
+            uu * u / 6.0,
+        ]);
+        let pieces: [[f64; 4]; MAX_DERIVATIVE] = [
+            [-0.5 * vv, u * (1.5 * u - 2.0), -v * (1.5 * v - 2.0), 0.5 * uu],
+            [v, 3.0 * u - 2.0, 3.0 * v - 2.0, u],
+            [-1.0, 3.0, -3.0, 1.0],
+        ];
+        let mut scale = 1.0;
+        for k in 1..=order.min(MAX_DERIVATIVE) {
+            scale /= spacing;
+            for r in 0..4 {
+                rows[k][r] = pieces[k - 1][r] * scale;
+            }
+        }
+        Self { first: span - 3, width: 4, rows }
     }
 
     /// The `derivative`-th derivatives of the functions `first`, `first + 1`, …; zeros above the degree.

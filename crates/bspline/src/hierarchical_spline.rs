@@ -357,7 +357,11 @@ impl<const D: usize> HierarchicalSpline<D> {
         order: usize,
     ) -> ([f64; LOCAL], [Basis; D]) {
         let mut coefficients = [0.0; LOCAL];
-        self.gather(level, cell.map(i64::from), WIDTH, &mut coefficients[..WIDTH.pow(D as u32)]);
+        let wanted = &mut coefficients[..WIDTH.pow(D as u32)];
+        match level {
+            0 => self.gather(0, cell.map(i64::from), WIDTH, wanted),
+            _ => self.levels[level - 1].total.gather_cell(cell, wanted),
+        }
         let knots = self.knots_of(level);
         let basis = std::array::from_fn(|axis| {
             let span = (cell[axis] + SUPPORT as u32) as usize;

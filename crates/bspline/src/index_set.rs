@@ -22,6 +22,9 @@ pub struct IndexSet<const D: usize> {
 }
 
 impl<const D: usize> IndexSet<D> {
+    /// Stands for a block that has no members.
+    pub const NO_SLOT: u32 = u32::MAX;
+
     /// Places in a block.
     pub const BLOCK: usize = Self::DEPTH * SIDE * SIDE;
 
@@ -168,6 +171,37 @@ impl<const D: usize> IndexSet<D> {
             return None;
         }
         self.slot_of(spread(block.map(|b| b as u32)))
+    }
+
+    /// The slots of the blocks in a cube of blocks, in C order: from `before` blocks before a given one to the next after it
+    /// along each axis; [`Self::NO_SLOT`] for those without members. `start` is the given block's first index, and may lie
+    /// outside the extent.
+    ///
+    /// # Panics
+    /// If `slots` does not have one place per block.
+    #[track_caller]
+    pub fn slots_around(&self, start: [i64; D], before: usize, slots: &mut [u32]) {
+        let side = before + 2;
+        assert_eq!(slots.len(), side.pow(D as u32), "one place per block");
+        for (flat, slot) in slots.iter_mut().enumerate() {
+            let mut rest = flat;
+            let mut at = start;
+            for axis in (0..D).rev() {
+                at[axis] += (rest % side) as i64 * SIDE as i64 - (before * SIDE) as i64;
+                rest /= side;
+            }
+            *slot = self.slot(at).map_or(Self::NO_SLOT, |slot| slot as u32);
+        }
+    }
+
+    /// Which rows along the last axis have members in a block: for every place along the first of three axes (in the plane
+    /// only one) a bit per place along the second.
+    ///
+    /// # Panics
+    /// If there is no such block.
+    pub fn rows_of_block(&self, slot: usize) -> [u8; SIDE] {
+        let row = |word: u64, y: usize| u8::from(word >> (SIDE * y) & 0xff != 0) << y;
+        self.masks[slot].map(|word| (0..SIDE).fold(0, |rows, y| rows | row(word, y)))
     }
 
     /// The blocks whose coordinate along the first axis lies in a range: a range of slots, for blocks are sorted by it.

@@ -61,6 +61,18 @@ pub enum KnotError {
 pub struct KnotVector {
     degree: usize,
     knots: Vec<f64>,
+    /// Distance of neighbouring knots, if it is the same everywhere but for rounding.
+    spacing: Option<f64>,
+}
+
+/// Distance of neighbouring knots, if they are equally far from each other up to the rounding of their coordinates.
+fn uniform_spacing(knots: &[f64]) -> Option<f64> {
+    let (first, last) = (*knots.first()?, *knots.last()?);
+    let spacing = (last - first) / (knots.len() - 1) as f64;
+    let tolerance = 4.0 * f64::EPSILON * first.abs().max(last.abs());
+    let is_near = |(i, knot): (usize, &f64)| (knot - (first + i as f64 * spacing)).abs() <= tolerance;
+    // Where rounding is no small part of a cell, cells are not alike.
+    (tolerance < 1e-9 * spacing && knots.iter().enumerate().all(is_near)).then_some(spacing)
 }
 
 impl KnotVector {
@@ -95,7 +107,8 @@ impl KnotVector {
         if knots[degree] >= knots[last] {
             return Err(KnotError::EmptyDomain { first: degree, last });
         }
-        Ok(Self { degree, knots })
+        let spacing = uniform_spacing(&knots);
+        Ok(Self { degree, knots, spacing })
     }
 
     /// The cardinal knot vector: `cells` cells of size `spacing` from `start`, with `degree` further cells on each side
@@ -143,6 +156,11 @@ impl KnotVector {
         self.degree
     }
 
+    /// The distance of neighbouring knots, if it is the same everywhere but for rounding.
+    pub(crate) fn uniform_spacing(&self) -> Option<f64> {
+        self.spacing
+    }
+
     /// All `m + d + 1` knots.
     pub fn knots(&self) -> &[f64] {
         &self.knots
@@ -166,6 +184,16 @@ impl KnotVector {
             return None;
         }
         let inner = &self.knots[self.degree..=self.basis_count()];
+        if let Some(spacing) = self.spacing {
+            // A guess that rounding may make wrong by one.
+            let mut cell = (((x - start) / spacing) as usize).min(inner.len() - 2);
+            if x < inner[cell] {
+                cell -= 1;
+            } else if cell + 2 < inner.len() && x >= inner[cell + 1] {
+                cell += 1;
+            }
+            return Some(self.degree + cell);
+        }
         let after = if x == end { inner.partition_point(|&t| t < end) } else { inner.partition_point(|&t| t <= x) };
         Some(self.degree + after - 1)
     }
@@ -198,7 +226,8 @@ impl KnotVector {
         }
         knots.push(end);
         knots.extend(self.knots[self.basis_count() + 1..].iter().map(|t| end + 0.5 * (t - end)));
-        Self { degree: self.degree, knots }
+        let spacing = uniform_spacing(&knots);
+        Self { degree: self.degree, knots, spacing }
     }
 
     /// The knot vector in other units: every knot becomes `scale · ξ + shift`.
