@@ -8,7 +8,7 @@ use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 use std::time::Instant;
 use zeroset_bspline::{CellBand, HierarchicalSpline, KnotVector, Spline};
-use zeroset_multigrid::{BandCollocation, BandEnergy, BandOperator, BandRows, BandSolver, Fairness, Truncation};
+use zeroset_multigrid::{BandCollocation, BandEnergy, BandOperator, BandRows, Fairness, Truncation, solve_truncated};
 
 /// Points in the frame whose longest side is 1, evenly spread.
 fn torus(count: usize) -> Vec<[f64; 3]> {
@@ -97,9 +97,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let rows = BandRows { collocation: Cow::Borrowed(&collocation), alpha, beta };
     let operator = BandOperator::new(vec![rows], energy);
     rate("normal operator", seconds(|| operator.apply(&x, &mut y)));
-    let solver = BandSolver::new(&operator);
     let truncation = Truncation { most_steps: 12, tolerance: 0.0, radius: f64::INFINITY };
-    let time = seconds(|| drop(solver.solve(&x, &truncation)));
+    let time = seconds(|| drop(solve_truncated(&operator, &x, &truncation)));
     println!("{:32} {:8.2} ms", "twelve steps", 1e3 * time);
     Ok(())
 }

@@ -6,6 +6,7 @@ use std::ops::Range;
 use zeroset_bspline::{BlockField, IndexSet, Level};
 
 use crate::band_kernel::{Rows, TILE, ValueAndGradient};
+use crate::bits::Bits;
 
 /// Places of a block along an axis.
 const SIDE: usize = 8;
@@ -25,7 +26,35 @@ struct Block<const D: usize> {
     /// First cell, which is also the first function that acts on it.
     start: [i64; D],
     points: Range<usize>,
+    /// The rows of its tile that its points touch: bits per place along the second of three axes. In the plane there is one place
+    /// along the first.
+    rows: [u16; TILE],
 }
+
+impl<const D: usize> Block<D> {
+    /// The next points, from a given one on.
+    fn new(start: [i64; D], places: &[Place<D>], from: usize) -> Self {
+        let mut rows = [0; TILE];
+        for place in places {
+            let row = usize::from(place.first) / TILE;
+            let (x, y) = if D == 3 { (row / TILE, row % TILE) } else { (0, row) };
+            rows[x..=x + if D == 3 { REACH } else { 0 }].iter_mut().for_each(|rows| *rows |= 0b1111 << y);
+        }
+        Self { start, points: from..from + places.len(), rows }
+    }
+
+    /// The numbers of those rows in the tile.
+    fn row_numbers(&self) -> impl Iterator<Item = usize> + '_ {
+        self.rows().iter().enumerate().flat_map(|(x, rows)| Bits(*rows).map(move |y| x * TILE + y))
+    }
+
+    fn rows(&self) -> &[u16] {
+        if D == 3 { &self.rows } else { &self.rows[..1] }
+    }
+}
+
+/// Cubic functions act on the cell where they begin and so many beyond it.
+const REACH: usize = 3;
 
 /// The points that lie in the cells of a level, sorted by cell. Numbers per point come in this order: see
 /// [`BandCollocation::indices`].
@@ -65,12 +94,12 @@ impl<const D: usize> BandCollocation<D> {
                 (points[*index as usize][axis] - from) / (to - from)
             }),
         };
-        let places = keys.par_iter().with_min_len(1024).map(place).collect();
+        let places: Vec<Place<D>> = keys.par_iter().with_min_len(1024).map(place).collect();
         let mut blocks = Vec::new();
         let mut from = 0;
         for group in keys.chunk_by(|a, b| a.0 == b.0) {
             let start = group[0].0.map(|block| i64::from(block) * SIDE as i64);
-            blocks.push(Block { start, points: from..from + group.len() });
+            blocks.push(Block::new(start, &places[from..from + group.len()], from));
             from += group.len();
         }
         Self { sides: level.cell_sides(), indices: keys.into_iter().map(|key| key.2).collect(), places, blocks }
@@ -86,7 +115,7 @@ impl<const D: usize> BandCollocation<D> {
                 places.push(self.places[point]);
             }
             if indices.len() > from {
-                blocks.push(Block { start: block.start, points: from..indices.len() });
+                blocks.push(Block::new(block.start, &places[from..], from));
             }
         }
         Self { sides: self.sides, indices, places, blocks }
@@ -120,25 +149,26 @@ impl<const D: usize> BandCollocation<D> {
     pub fn add_transposed(&self, alpha: &[f64], beta: &[[f64; D]], y: &[f64], set: &IndexSet<D>, sums: &mut [f64]) {
         assert_eq!(y.len(), self.places.len(), "one number per point");
         self.accumulate(alpha, beta, set, sums, |points, rows, tile| {
-            Arch::new().dispatch(Transposed { rows, y: &y[points], tile });
+            Arch::new().dispatch(Transposed { rows, y: &y[points], tile: tile.sums });
         });
     }
 
     /// Adds the diagonal of `Σᵢ rᵢ rᵢᵀ`. See [`BandCollocation::add_transposed`].
     #[track_caller]
     pub(crate) fn add_squares(&self, alpha: &[f64], beta: &[[f64; D]], set: &IndexSet<D>, sums: &mut [f64]) {
-        self.accumulate(alpha, beta, set, sums, |_, rows, tile| Arch::new().dispatch(Squares { rows, tile }));
+        self.accumulate(alpha, beta, set, sums, |_, rows, tile| {
+            Arch::new().dispatch(Squares { rows, tile: tile.sums })
+        });
     }
 
     /// Adds `Σᵢ rᵢ (rᵢᵀ x)`. See [`BandCollocation::add_transposed`].
     #[track_caller]
     pub(crate) fn add_applied(&self, alpha: &[f64], beta: &[[f64; D]], x: &BlockField<D>, sums: &mut [f64]) {
-        let first = |points: &Range<usize>| self.blocks.partition_point(|b| b.points.start < points.start);
-        self.accumulate(alpha, beta, x.set(), sums, |points, rows, tile| {
+        self.accumulate(alpha, beta, x.set(), sums, |_, rows, tile| {
             let mut input = [0.0; TILE * TILE * TILE];
             let input = &mut input[..TILE.pow(D as u32)];
-            x.gather(self.blocks[first(&points)].start, TILE, input);
-            Arch::new().dispatch(Applied { rows, input, tile });
+            x.gather_rows::<0>(tile.slots, tile.rows, input);
+            Arch::new().dispatch(Applied { rows, input, tile: tile.sums });
         });
     }
 
@@ -154,7 +184,7 @@ impl<const D: usize> BandCollocation<D> {
         beta: &[[f64; D]],
         set: &IndexSet<D>,
         sums: &mut [f64],
-        add: impl Fn(Range<usize>, Rows<'_, D>, &mut [f64]) + Sync,
+        add: impl Fn(Range<usize>, Rows<'_, D>, Tile<'_>) + Sync,
     ) {
         let volume = IndexSet::<D>::BLOCK;
         assert_eq!(sums.len(), volume * set.block_count(), "all blocks of the set");
@@ -176,14 +206,17 @@ impl<const D: usize> BandCollocation<D> {
             }
             tasks.into_par_iter().for_each_init(
                 || vec![0.0; TILE.pow(D as u32)],
-                |tile, (slab, first, part)| {
+                |sums, (slab, first, part)| {
+                    let mut slots = [0; 8];
+                    let slots = &mut slots[..1 << D];
                     for block in slab {
-                        tile.fill(0.0);
+                        set.slots_around(block.start, 0, slots);
+                        block.row_numbers().for_each(|row| sums[row * TILE..][..TILE].fill(0.0));
                         let points = block.points.clone();
                         let (places, alpha) = (&self.places[points.clone()], &alpha[points.clone()]);
                         let rows = Rows { places, alpha, beta: &beta[points.clone()], sides: &self.sides };
-                        add(points, rows, tile);
-                        add_tile(set, block.start, tile, part, first);
+                        add(points, rows, Tile { sums, slots, rows: block.rows() });
+                        add_tile(block, slots, sums, part, first);
                     }
                 },
             );
@@ -202,26 +235,37 @@ impl<const D: usize> BandCollocation<D> {
     }
 }
 
-/// Adds a tile to the blocks that it reaches, those from slot `first` on.
-fn add_tile<const D: usize>(set: &IndexSet<D>, start: [i64; D], tile: &[f64], part: &mut [f64], first: usize) {
-    let volume = IndexSet::<D>::BLOCK;
-    let reach = |upper: bool| if upper { TILE - SIDE } else { SIDE };
-    for corner in 0..1usize << D {
-        let upper: [bool; D] = std::array::from_fn(|axis| corner >> (D - 1 - axis) & 1 == 1);
-        let block = std::array::from_fn(|axis| start[axis] + if upper[axis] { SIDE as i64 } else { 0 });
-        let Some(slot) = set.slot(block) else { continue };
-        let out = &mut part[(slot - first) * volume..][..volume];
-        let offset = |upper: bool| if upper { SIDE } else { 0 };
-        let (y, z) = (upper[D - 2], upper[D - 1]);
-        let x = D == 3 && upper[0];
-        for i in 0..if D == 3 { reach(x) } else { 1 } {
-            for j in 0..reach(y) {
-                let from = ((offset(x) + i) * TILE + offset(y) + j) * TILE + offset(z);
-                let to = (i * SIDE + j) * SIDE;
-                for (out, value) in out[to..to + reach(z)].iter_mut().zip(&tile[from..]) {
-                    *out += value;
-                }
-            }
+/// The functions that act on a block of cells.
+struct Tile<'a> {
+    /// A number for each; arbitrary outside the rows.
+    sums: &'a mut [f64],
+    /// The blocks that they belong to.
+    slots: &'a [u32],
+    rows: &'a [u16],
+}
+
+/// Adds a block's tile to the blocks that it reaches, those from slot `first` on.
+fn add_tile<const D: usize>(block: &Block<D>, slots: &[u32], tile: &[f64], part: &mut [f64], first: usize) {
+    for row in block.row_numbers() {
+        let (x, y) = if D == 3 { (row / TILE, row % TILE) } else { (0, row) };
+        let to = (x % SIDE * SIDE + y % SIDE) * SIDE;
+        let slots = &slots[(x / SIDE * 2 + y / SIDE) * 2..][..2];
+        let (own, after) = tile[row * TILE..][..TILE].split_at(SIDE);
+        add_row::<D, SIDE>(slots[0], own, part, first, to);
+        add_row::<D, { TILE - SIDE }>(slots[1], after, part, first, to);
+    }
+}
+
+/// Adds `N` numbers to a block.
+#[inline(always)]
+fn add_row<const D: usize, const N: usize>(slot: u32, row: &[f64], part: &mut [f64], first: usize, to: usize) {
+    if slot == IndexSet::<D>::NO_SLOT {
+        return;
+    }
+    let out = part[(slot as usize - first) * IndexSet::<D>::BLOCK + to..].first_chunk_mut::<N>();
+    if let (Some(out), Some(row)) = (out, row.first_chunk::<N>()) {
+        for k in 0..N {
+            out[k] += row[k];
         }
     }
 }
@@ -237,7 +281,9 @@ impl<const D: usize> WithSimd for Transposed<'_, D> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        self.rows.for_each(|index, row| row.add_to(self.tile, self.y[index]));
+        for index in 0..self.rows.count() {
+            self.rows.row(index).add_to(self.tile, self.y[index]);
+        }
     }
 }
 
@@ -251,7 +297,9 @@ impl<const D: usize> WithSimd for Squares<'_, D> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        self.rows.for_each(|_, row| row.add_squares_to(self.tile));
+        for index in 0..self.rows.count() {
+            self.rows.row(index).add_squares_to(self.tile);
+        }
     }
 }
 
@@ -266,6 +314,9 @@ impl<const D: usize> WithSimd for Applied<'_, D> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        self.rows.for_each(|_, row| row.add_to(self.tile, row.dot(self.input)));
+        for index in 0..self.rows.count() {
+            let row = self.rows.row(index);
+            row.add_to(self.tile, row.dot(self.input));
+        }
     }
 }

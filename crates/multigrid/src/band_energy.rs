@@ -5,6 +5,8 @@ use std::sync::Arc;
 use zeroset_bspline::{BlockField, IndexSet};
 
 use crate::band_tasks::BandTasks;
+use crate::bits::Bits;
+use crate::scratch::Scratch;
 
 /// Functions of cubic degree reach this far.
 const REACH: usize = 3;
@@ -58,6 +60,8 @@ pub struct BandEnergy<const D: usize> {
     fairness: Fairness,
     /// What the first axis does to `E_b` of the others: `Σ_a (a+b over a) c_{a+b} G_a`.
     last: [Stencil; ORDERS],
+    /// A function's coefficients and sums, both in blocks, that copies share.
+    scratch: Arc<Scratch<(BlockField<D>, Vec<f64>)>>,
 }
 
 impl<const D: usize> BandEnergy<D> {
@@ -65,7 +69,7 @@ impl<const D: usize> BandEnergy<D> {
     pub fn new(active: Arc<IndexSet<D>>, sides: [f64; D], fairness: Fairness) -> Self {
         let tasks = Arc::new(BandTasks::new(&active));
         let grams = sides.map(grams);
-        Self { active, tasks, grams, fairness, last: last(&grams[0], &fairness) }
+        Self { active, tasks, grams, fairness, last: last(&grams[0], &fairness), scratch: Arc::default() }
     }
 
     /// The same functions with another fairness.
@@ -94,6 +98,38 @@ impl<const D: usize> BandEnergy<D> {
         (0..ORDERS).map(|b| self.last[b][0] * partial[b]).sum()
     }
 
+    /// `out = H x` for coefficients of the active functions, in their order.
+    ///
+    /// # Panics
+    /// If `x` or `out` do not have one entry per active function.
+    #[track_caller]
+    pub fn apply_to_active(&self, x: &[f64], out: &mut [f64]) {
+        self.with_scratch(|field, _| {
+            field.scatter(x);
+            self.apply(field, None, out);
+        });
+    }
+
+    /// The active functions' share, in their order, of what `add` adds to zeros: one number per place of every block of the set.
+    ///
+    /// # Panics
+    /// If `out` does not have one entry per active function.
+    #[track_caller]
+    pub fn sums(&self, add: impl FnOnce(&mut [f64]), out: &mut [f64]) {
+        self.with_scratch(|_, sums| {
+            sums.fill(0.0);
+            add(sums);
+            self.active.members_of_blocks(sums, out);
+        });
+    }
+
+    /// Calls `work` with coefficients and sums of arbitrary values.
+    pub(crate) fn with_scratch<R>(&self, work: impl FnOnce(&mut BlockField<D>, &mut [f64]) -> R) -> R {
+        let places = self.active.block_count() * IndexSet::<D>::BLOCK;
+        let new = || (BlockField::zeros(Arc::clone(&self.active)), vec![0.0; places]);
+        self.scratch.with(new, |(field, sums)| work(field, sums))
+    }
+
     /// `out = (H f)` of the active functions, where `f` may have coefficients beyond them: for the gradient of the energy all
     /// that reach them count. `added` has further numbers to add, block by block.
     ///
@@ -104,9 +140,15 @@ impl<const D: usize> BandEnergy<D> {
         assert_eq!(out.len(), self.active.len(), "one entry per active function");
         let block = IndexSet::<D>::BLOCK;
         assert!(added.is_none_or(|a| a.len() == block * self.active.block_count()), "one number per place");
+        let is_own = Arc::ptr_eq(f.set(), &self.active);
         self.tasks.for_each(&self.active, out, Buffers::new::<D>, |buffers, slot, out| {
-            let first = self.active.block_start(slot).map(|k| i64::from(k) - REACH as i64);
-            f.gather(first, HALO, &mut buffers.halo);
+            buffers.wanted = Wanted::new::<D>(&self.active.rows_of_block(slot));
+            if is_own {
+                f.gather_rows::<REACH>(self.tasks.slots_around(slot), buffers.wanted.lines::<D>(), &mut buffers.halo);
+            } else {
+                let first = self.active.block_start(slot).map(|k| i64::from(k) - REACH as i64);
+                f.gather(first, HALO, &mut buffers.halo);
+            }
             if self.fairness.weights[3] == 0.0 {
                 Arch::new().dispatch(Block::<D, 3> { energy: self, buffers });
             } else {
@@ -144,8 +186,39 @@ fn last(grams: &[Stencil; ORDERS], fairness: &Fairness) -> [Stencil; ORDERS] {
     })
 }
 
+/// The rows along the last axis that a block's members need, as bits per place along the second of three axes. In the plane there
+/// is one place along the first.
+#[derive(Clone, Copy, Default)]
+struct Wanted {
+    /// Of the result.
+    result: [u8; SIDE],
+    /// Of what the second axis is done with.
+    planes: [u8; HALO],
+    /// Of the halo.
+    lines: [u16; HALO],
+}
+
+impl Wanted {
+    fn new<const D: usize>(rows: &[u8; SIDE]) -> Self {
+        let mut wanted = Self { result: *rows, ..Self::default() };
+        let reach = if D == 3 { 2 * REACH } else { 0 };
+        for (x, rows) in rows.iter().enumerate() {
+            wanted.planes[x..=x + reach].iter_mut().for_each(|plane| *plane |= rows);
+        }
+        for (lines, plane) in wanted.lines.iter_mut().zip(wanted.planes) {
+            *lines = (0..=2 * REACH).fold(0, |lines, y| lines | u16::from(plane) << y);
+        }
+        wanted
+    }
+
+    fn lines<const D: usize>(&self) -> &[u16] {
+        if D == 3 { &self.lines } else { &self.lines[..1] }
+    }
+}
+
 /// What one task needs.
 struct Buffers {
+    wanted: Wanted,
     halo: Vec<f64>,
     /// `E_k` over the last axis, one after the other.
     lines: Vec<f64>,
@@ -158,6 +231,7 @@ impl Buffers {
     fn new<const D: usize>() -> Self {
         let halo = HALO.pow(D as u32);
         Self {
+            wanted: Wanted::default(),
             halo: vec![0.0; halo],
             lines: vec![0.0; ORDERS * halo / HALO * SIDE],
             planes: vec![0.0; if D == 3 { ORDERS * HALO * SIDE * SIDE } else { 0 }],
@@ -178,13 +252,16 @@ impl<const D: usize, const N: usize> WithSimd for Block<'_, D, N> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { energy, buffers } = self;
-        let Buffers { halo, lines, planes, result } = buffers;
-        along_last::<S, N>(simd, &energy.grams[D - 1], halo, lines);
+        let Buffers { wanted, halo, lines, planes, result } = buffers;
+        along_last::<S, N>(simd, &energy.grams[D - 1], wanted.lines::<D>(), halo, lines);
         if D == 3 {
-            across::<S, N>(simd, &energy.grams[1], lines, planes);
-            along_first::<S, N, { SIDE * SIDE }>(simd, &energy.last, planes, result);
+            across::<S, N>(simd, &energy.grams[1], &wanted.planes, lines, planes);
+            for (x, rows) in wanted.result.iter().enumerate() {
+                let first = x * SIDE * SIDE;
+                along_first::<S, N, { SIDE * SIDE }>(simd, &energy.last, *rows, first, planes, result);
+            }
         } else {
-            along_first::<S, N, SIDE>(simd, &energy.last, lines, result);
+            along_first::<S, N, SIDE>(simd, &energy.last, wanted.result[0], 0, lines, result);
         }
     }
 }
@@ -201,17 +278,34 @@ fn splat<S: Simd>(simd: S, stencils: &[Stencil; ORDERS], factors: [f64; ORDERS])
     out
 }
 
-/// The middle of seven numbers, and the sums of those that a symmetric stencil treats alike.
+/// The middle of seven numbers, and the sums of those that a symmetric stencil treats alike: numbers `step` registers apart, the first
+/// at `place`.
 #[inline(always)]
-fn pairs<S: Simd>(simd: S, at: impl Fn(usize) -> S::f64s) -> [S::f64s; REACH + 1] {
-    let sum = |t: usize| simd.add_f64s(at(REACH - t), at(REACH + t));
-    [at(REACH), sum(1), sum(2), sum(3)]
+fn pairs<S: Simd>(simd: S, numbers: &[S::f64s], place: usize, step: usize) -> [S::f64s; REACH + 1] {
+    let middle = place + REACH * step;
+    let mut pairs = [numbers[middle]; REACH + 1];
+    for t in 1..=REACH {
+        pairs[t] = simd.add_f64s(numbers[middle - t * step], numbers[middle + t * step]);
+    }
+    pairs
+}
+
+/// The same of numbers that follow each other: lanes are adjacent too.
+#[inline(always)]
+fn adjacent_pairs<S: Simd>(simd: S, line: &[f64], v: usize) -> [S::f64s; REACH + 1] {
+    let mut pairs = [registers::<S>(&line[REACH..REACH + SIDE])[v]; REACH + 1];
+    for t in 1..=REACH {
+        let (before, after) = (&line[REACH - t..REACH - t + SIDE], &line[REACH + t..REACH + t + SIDE]);
+        pairs[t] = simd.add_f64s(registers::<S>(before)[v], registers::<S>(after)[v]);
+    }
+    pairs
 }
 
 #[inline(always)]
 fn weighted<S: Simd>(simd: S, stencil: &[S::f64s; REACH + 1], pairs: &[S::f64s; REACH + 1]) -> S::f64s {
-    let product = |t: usize| simd.mul_f64s(stencil[t], pairs[t]);
-    simd.add_f64s(simd.add_f64s(product(0), product(1)), simd.add_f64s(product(2), product(3)))
+    let near = simd.add_f64s(simd.mul_f64s(stencil[0], pairs[0]), simd.mul_f64s(stencil[1], pairs[1]));
+    let far = simd.add_f64s(simd.mul_f64s(stencil[2], pairs[2]), simd.mul_f64s(stencil[3], pairs[3]));
+    simd.add_f64s(near, far)
 }
 
 #[inline(always)]
@@ -219,67 +313,100 @@ fn registers<S: Simd>(numbers: &[f64]) -> &[S::f64s] {
     S::as_simd_f64s(numbers).0
 }
 
-/// `E_k = G_k x` of every line.
+/// `E_k = G_k x` of every line that is wanted.
 #[inline(always)]
-fn along_last<S: Simd, const N: usize>(simd: S, grams: &[Stencil; ORDERS], halo: &[f64], lines: &mut [f64]) {
+fn along_last<S: Simd, const N: usize>(
+    simd: S,
+    grams: &[Stencil; ORDERS],
+    wanted: &[u16],
+    halo: &[f64],
+    lines: &mut [f64],
+) {
     let grams = splat(simd, grams, [1.0; ORDERS]);
     let level = halo.len() / HALO * SIDE;
-    for (index, x) in halo.as_chunks::<HALO>().0.iter().enumerate() {
-        let shifted: [&[S::f64s]; 2 * REACH + 1] = std::array::from_fn(|t| registers::<S>(&x[t..t + SIDE]));
-        for v in 0..SIDE / S::F64_LANES {
-            let pairs = pairs(simd, |t| shifted[t][v]);
-            for k in 0..N {
-                let out = S::as_mut_simd_f64s(&mut lines[k * level + index * SIDE..][..SIDE]).0;
-                out[v] = weighted(simd, &grams[k], &pairs);
-            }
-        }
-    }
-}
-
-/// `E_k ← Σ_a (k over a) G_a E_{k−a}` along the second axis, plane by plane.
-#[inline(always)]
-fn across<S: Simd, const N: usize>(simd: S, grams: &[Stencil; ORDERS], lines: &[f64], planes: &mut [f64]) {
-    // By the order of the source, then by that of the stencil.
-    let factors: [_; ORDERS] = std::array::from_fn(|b| {
-        splat(simd, grams, std::array::from_fn(|a| if a + b < N { BINOMIAL[a + b][a] } else { 0.0 }))
-    });
-    for x in 0..HALO {
-        let plane = |b: usize| registers::<S>(&lines[(b * HALO + x) * HALO * SIDE..][..HALO * SIDE]);
-        let sources: [&[S::f64s]; N] = std::array::from_fn(plane);
-        let step = SIDE / S::F64_LANES;
-        for place in 0..SIDE * step {
-            let mut sums = [simd.splat_f64s(0.0); N];
-            for b in 0..N {
-                let pairs = pairs(simd, |t| sources[b][place + t * step]);
-                for a in 0..N - b {
-                    sums[a + b] = simd.add_f64s(sums[a + b], weighted(simd, &factors[b][a], &pairs));
+    for (x, wanted) in wanted.iter().enumerate() {
+        for y in Bits(*wanted) {
+            let index = x * HALO + y;
+            let line = &halo[index * HALO..][..HALO];
+            for v in 0..SIDE / S::F64_LANES {
+                let pairs = adjacent_pairs(simd, line, v);
+                for k in 0..N {
+                    let out = S::as_mut_simd_f64s(&mut lines[k * level + index * SIDE..][..SIDE]).0;
+                    out[v] = weighted(simd, &grams[k], &pairs);
                 }
             }
-            for k in 0..N {
-                let out = S::as_mut_simd_f64s(&mut planes[(k * HALO + x) * SIDE * SIDE..][..SIDE * SIDE]).0;
-                out[place] = sums[k];
+        }
+    }
+}
+
+/// `E_k ← Σ_a (k over a) G_a E_{k−a}` along the second axis, for the rows that are wanted, plane by plane.
+#[inline(always)]
+fn across<S: Simd, const N: usize>(
+    simd: S,
+    grams: &[Stencil; ORDERS],
+    wanted: &[u8; HALO],
+    lines: &[f64],
+    planes: &mut [f64],
+) {
+    // By the order of the source, then by that of the stencil.
+    let mut factors = [[[simd.splat_f64s(0.0); REACH + 1]; ORDERS]; ORDERS];
+    for b in 0..N {
+        let mut binomials = [0.0; ORDERS];
+        for a in 0..N - b {
+            binomials[a] = BINOMIAL[a + b][a];
+        }
+        factors[b] = splat(simd, grams, binomials);
+    }
+    let step = SIDE / S::F64_LANES;
+    for (x, wanted) in wanted.iter().enumerate() {
+        let mut sources: [&[S::f64s]; N] = [&[]; N];
+        for b in 0..N {
+            sources[b] = registers::<S>(&lines[(b * HALO + x) * HALO * SIDE..][..HALO * SIDE]);
+        }
+        for y in Bits(u16::from(*wanted)) {
+            for place in y * step..(y + 1) * step {
+                let mut sums = [simd.splat_f64s(0.0); N];
+                for b in 0..N {
+                    let pairs = pairs(simd, sources[b], place, step);
+                    for a in 0..N - b {
+                        sums[a + b] = simd.add_f64s(sums[a + b], weighted(simd, &factors[b][a], &pairs));
+                    }
+                }
+                for k in 0..N {
+                    let out = S::as_mut_simd_f64s(&mut planes[(k * HALO + x) * SIDE * SIDE..][..SIDE * SIDE]).0;
+                    out[place] = sums[k];
+                }
             }
         }
     }
 }
 
-/// The first axis: one stencil for each order, rows of `W` numbers.
+/// The first axis, for the rows that are wanted of those that begin `first` numbers into the result: one stencil for each order,
+/// planes of `W` numbers.
 #[inline(always)]
 fn along_first<S: Simd, const N: usize, const W: usize>(
     simd: S,
     last: &[Stencil; ORDERS],
+    wanted: u8,
+    first: usize,
     input: &[f64],
     result: &mut [f64],
 ) {
     let stencils = splat(simd, last, [1.0; ORDERS]);
-    let step = W / S::F64_LANES;
-    let sources: [&[S::f64s]; N] = std::array::from_fn(|b| registers::<S>(&input[b * HALO * W..][..HALO * W]));
+    let (step, row) = (W / S::F64_LANES, SIDE / S::F64_LANES);
+    let mut sources: [&[S::f64s]; N] = [&[]; N];
+    for b in 0..N {
+        sources[b] = registers::<S>(&input[b * HALO * W..][..HALO * W]);
+    }
     let out = S::as_mut_simd_f64s(&mut result[..SIDE * W]).0;
-    for place in 0..SIDE * step {
-        let mut sum = simd.splat_f64s(0.0);
-        for b in 0..N {
-            sum = simd.add_f64s(sum, weighted(simd, &stencils[b], &pairs(simd, |t| sources[b][place + t * step])));
+    for y in Bits(u16::from(wanted)) {
+        let begin = first / S::F64_LANES + y * row;
+        for place in begin..begin + row {
+            let mut sum = simd.splat_f64s(0.0);
+            for b in 0..N {
+                sum = simd.add_f64s(sum, weighted(simd, &stencils[b], &pairs(simd, sources[b], place, step)));
+            }
+            out[place] = sum;
         }
-        out[place] = sum;
     }
 }

@@ -107,7 +107,8 @@ impl<const D: usize> WithSimd for ValueAndGradient<'_, D> {
             let value = product(&f.y, &f.z);
             let gradient =
                 [dot(&sloping, &value), dot(&flat, &product(&f.dy, &f.z)), dot(&flat, &product(&f.y, &f.dz))];
-            *out = (dot(&flat, &value), std::array::from_fn(|axis| gradient[3 - D + axis]));
+            out.0 = dot(&flat, &value);
+            out.1.copy_from_slice(&gradient[3 - D..]);
         }
     }
 }
@@ -122,22 +123,29 @@ pub(crate) struct Rows<'a, const D: usize> {
 }
 
 impl<const D: usize> Rows<'_, D> {
-    /// Calls `visit` with every row.
+    /// How many there are.
+    pub(crate) fn count(&self) -> usize {
+        self.places.len()
+    }
+
+    /// One of them.
     #[inline(always)]
-    pub(crate) fn for_each(&self, mut visit: impl FnMut(usize, Row<D>)) {
-        for (index, place) in self.places.iter().enumerate() {
-            let f = factors(&place.position, self.sides);
-            let (alpha, beta) = (self.alpha[index], &self.beta[index]);
-            let along = if D == 3 { beta[0] } else { 0.0 };
-            let yz = product(&f.y, &f.z);
-            let (by, bz) = (product(&f.dy, &f.z), product(&f.y, &f.dz));
-            let mut across = [0.0; PLANE];
-            for p in 0..PLANE {
-                across[p] = beta[D - 2] * by[p] + beta[D - 1] * bz[p];
-            }
-            let first = std::array::from_fn(|i| alpha * f.x[i] + along * f.dx[i]);
-            visit(index, Row { place: usize::from(place.first), first, x: f.x, yz, across });
+    pub(crate) fn row(&self, index: usize) -> Row<D> {
+        let place = &self.places[index];
+        let f = factors(&place.position, self.sides);
+        let (alpha, beta) = (self.alpha[index], &self.beta[index]);
+        let along = if D == 3 { beta[0] } else { 0.0 };
+        let yz = product(&f.y, &f.z);
+        let (by, bz) = (product(&f.dy, &f.z), product(&f.y, &f.dz));
+        let mut across = [0.0; PLANE];
+        for p in 0..PLANE {
+            across[p] = beta[D - 2] * by[p] + beta[D - 1] * bz[p];
         }
+        let mut first = [0.0; WIDTH];
+        for i in 0..WIDTH {
+            first[i] = alpha * f.x[i] + along * f.dx[i];
+        }
+        Row { place: usize::from(place.first), first, x: f.x, yz, across }
     }
 }
 

@@ -1,12 +1,9 @@
 //! The normal operator of a band level.
 
 use std::borrow::Cow;
-use std::sync::Arc;
-use zeroset_bspline::{BlockField, IndexSet};
 
 use crate::band_collocation::BandCollocation;
 use crate::band_energy::BandEnergy;
-use crate::scratch::Scratch;
 
 /// Rows `rᵢ = αᵢ qᵢ + βᵢ · ∇qᵢ` for points in the cells of a level, in the order of their collocation.
 #[derive(Debug, Clone)]
@@ -26,8 +23,6 @@ pub struct BandOperator<'a, const D: usize> {
     rows: Vec<BandRows<'a, D>>,
     energy: BandEnergy<D>,
     diagonal: Vec<f64>,
-    /// The vector in blocks, and the data term's result in blocks.
-    scratch: Scratch<(BlockField<D>, Vec<f64>)>,
 }
 
 impl<'a, const D: usize> BandOperator<'a, D> {
@@ -37,18 +32,16 @@ impl<'a, const D: usize> BandOperator<'a, D> {
     /// If there is not one α and β for every point.
     #[track_caller]
     pub fn new(rows: Vec<BandRows<'a, D>>, energy: BandEnergy<D>) -> Self {
-        let active = Arc::clone(energy.active());
-        let mut sums = vec![0.0; IndexSet::<D>::BLOCK * active.block_count()];
-        for rows in &rows {
-            rows.collocation.add_squares(&rows.alpha, &rows.beta, &active, &mut sums);
-        }
-        let mut diagonal = vec![0.0; active.len()];
-        active.members_of_blocks(&sums, &mut diagonal);
+        let mut diagonal = vec![0.0; energy.active().len()];
+        let add = |sums: &mut [f64]| {
+            for rows in &rows {
+                rows.collocation.add_squares(&rows.alpha, &rows.beta, energy.active(), sums);
+            }
+        };
+        energy.sums(add, &mut diagonal);
         let smooth = energy.diagonal();
         diagonal.iter_mut().for_each(|d| *d += smooth);
-        let scratch = Scratch::new();
-        scratch.with(|| (BlockField::zeros(active), sums), |_| ());
-        Self { rows, energy, diagonal, scratch }
+        Self { rows, energy, diagonal }
     }
 
     /// Number of active functions.
@@ -62,9 +55,7 @@ impl<'a, const D: usize> BandOperator<'a, D> {
     /// If `x` or `y` do not have one entry per active function.
     #[track_caller]
     pub fn apply(&self, x: &[f64], y: &mut [f64]) {
-        let active: &Arc<IndexSet<D>> = self.energy.active();
-        let new = || (BlockField::zeros(Arc::clone(active)), vec![0.0; IndexSet::<D>::BLOCK * active.block_count()]);
-        self.scratch.with(new, |(field, sums)| {
+        self.energy.with_scratch(|field, sums| {
             rayon::scope(|_| {
                 field.scatter(x);
                 sums.fill(0.0);

@@ -11,6 +11,10 @@ const BLOCKS: usize = 32;
 #[derive(Debug)]
 pub(crate) struct BandTasks {
     tasks: Vec<(Range<usize>, usize)>,
+    /// The slots of the blocks around every block.
+    around: Vec<u32>,
+    /// Blocks around each.
+    count: usize,
 }
 
 impl BandTasks {
@@ -21,7 +25,17 @@ impl BandTasks {
             let members = slots.clone().map(|slot| set.block_ranks(slot).len()).sum();
             (slots, members)
         });
-        Self { tasks: tasks.collect() }
+        let around_each = 3usize.pow(D as u32);
+        let mut around = vec![0; count * around_each];
+        around.par_chunks_mut(around_each).enumerate().with_min_len(BLOCKS).for_each(|(slot, slots)| {
+            set.slots_around(set.block_start(slot).map(i64::from), 1, slots);
+        });
+        Self { tasks: tasks.collect(), around, count: around_each }
+    }
+
+    /// See [`IndexSet::slots_around`].
+    pub(crate) fn slots_around(&self, slot: usize) -> &[u32] {
+        &self.around[slot * self.count..][..self.count]
     }
 
     /// Calls `work` with every block and the entries of its members in `out`.

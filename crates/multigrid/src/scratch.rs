@@ -6,6 +6,12 @@ use std::sync::{Mutex, PoisonError};
 #[derive(Debug)]
 pub(crate) struct Scratch<T>(Mutex<Vec<T>>);
 
+impl<T> Default for Scratch<T> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl<T> Scratch<T> {
     pub(crate) fn new() -> Self {
         Self(Mutex::new(Vec::new()))

@@ -29,7 +29,7 @@ const WIDEST: usize = 7;
 /// Beyond so many spacings fairness is of second order, which overshoots less than third order.
 const SECOND_ORDER: f64 = 4.0;
 /// Steps of conjugate gradients for a Gauss–Newton step, where cells are as large as spacings.
-const CG_STEPS: f64 = 6.0;
+const CG_STEPS: f64 = 12.0;
 /// Noise below this share of the spacing is not told from detail.
 const NOISY: f64 = 0.1;
 /// The fit comes as close to the points as so many standard deviations of their noise: closer, it makes handles.

@@ -5,7 +5,7 @@ use std::time::Instant;
 use zeroset_bspline::{
     BlockField, CellBand, DerivativeEnergy, Derivatives, HierarchicalSpline, Implicit, Level, Spline,
 };
-use zeroset_multigrid::{BandSolver, Truncation};
+use zeroset_multigrid::{Truncation, solve_truncated};
 
 use crate::iteration::ACCEPT;
 use crate::level_objective::{Judge, LevelObjective, LevelState, Weighted, squared_distance};
@@ -226,7 +226,10 @@ impl<'a, const D: usize> Cascade<'a, D> {
             }
             steps.push(step);
             idle = if better { 0 } else { idle + 1 };
-            if idle == self.options.patience || self.at_noise || self.options.cancel.is_cancelled() {
+            if idle == self.options.patience + usize::from(best_step.is_none())
+                || self.at_noise
+                || self.options.cancel.is_cancelled()
+            {
                 break;
             }
         }
@@ -264,7 +267,7 @@ impl<'a, const D: usize> Cascade<'a, D> {
     /// One Gauss–Newton step inside a trust region that shrinks until the objective falls.
     fn step(
         &self,
-        objective: &LevelObjective<D>,
+        objective: &LevelObjective<'_, D>,
         current: &mut LevelState<D>,
         total: &mut BlockField<D>,
         smoothing_length: f64,
@@ -275,9 +278,8 @@ impl<'a, const D: usize> Cascade<'a, D> {
         let mut truncation = Truncation { most_steps, tolerance, radius: f64::INFINITY };
         let (mut gain_ratio, mut accepted, mut cg_steps) = (f64::NAN, false, 0);
         let (operator, right) = objective.model(current, weight);
-        let solver = BandSolver::new(&operator);
         for _ in 0..ATTEMPTS {
-            let step = solver.solve(&right, &truncation);
+            let step = solve_truncated(&operator, &right, &truncation);
             cg_steps += step.steps;
             let moved = current.corrections.iter().zip(&step.x).map(|(c, x)| c + x).collect();
             let trial = objective.at(moved, total);

@@ -167,7 +167,7 @@ struct Sampson<const D: usize> {
 /// `R(δ) = Σ aᵢ f(Pᵢ)²/‖∇f(Pᵢ)‖² + m² Σ aᵢ min(0, ∂f/∂nᵢ − ½)² + Σ l² + w E(f)` with `f = f_coarse + δ`, where m is the normal
 /// length and l what places off the surface lack.
 #[derive(Debug)]
-pub(crate) struct LevelObjective<const D: usize> {
+pub(crate) struct LevelObjective<'a, const D: usize> {
     active: Arc<IndexSet<D>>,
     fitted: Part<D>,
     bounded: Bounded<D>,
@@ -178,7 +178,7 @@ pub(crate) struct LevelObjective<const D: usize> {
     floor: f64,
     normal_length: f64,
     /// Coefficients of the coarser function, its energy, and `H f_coarse`.
-    coarse: BlockField<D>,
+    coarse: &'a BlockField<D>,
     coarse_energy: f64,
     coarse_gradient: Vec<f64>,
 }
@@ -204,10 +204,10 @@ impl<const D: usize> LevelState<D> {
     }
 }
 
-impl<const D: usize> LevelObjective<D> {
+impl<'a, const D: usize> LevelObjective<'a, D> {
     /// A level without corrections; `coarse_energy` is the energy of the spline so far.
     pub(crate) fn new(
-        level: &Level<D>,
+        level: &'a Level<D>,
         fitted: &Weighted<D>,
         judged: &[[f64; D]],
         sides: &Sides<D>,
@@ -217,9 +217,9 @@ impl<const D: usize> LevelObjective<D> {
         let fairness = options.fairness();
         let active = Arc::clone(level.active());
         let energy = BandEnergy::new(Arc::clone(&active), level.cell_sides(), fairness);
-        let coarse = level.total().clone();
+        let coarse = level.total();
         let mut coarse_gradient = vec![0.0; active.len()];
-        energy.apply(&coarse, None, &mut coarse_gradient);
+        energy.apply(coarse, None, &mut coarse_gradient);
         let fitted = Part::new(level, fitted);
         let judged = BandCollocation::new(level, judged);
         Self {
@@ -253,10 +253,11 @@ impl<const D: usize> LevelObjective<D> {
 
     /// Evaluates corrections; the function's coefficients are left in `total`.
     pub(crate) fn at(&self, corrections: Vec<f64>, total: &mut BlockField<D>) -> LevelState<D> {
-        total.assign(&self.coarse);
+        total.assign(self.coarse);
         total.add(&self.active, &corrections);
         let mut gradient = vec![0.0; corrections.len()];
-        self.energy.apply(total, None, &mut gradient);
+        self.energy.apply_to_active(&corrections, &mut gradient);
+        gradient.iter_mut().zip(&self.coarse_gradient).for_each(|(change, coarse)| *change += coarse);
         // E(f + δ) − E(f) = δᵀ (2 H f + H δ) = δᵀ (H f + H (f + δ)).
         let change = dot(&corrections, &self.coarse_gradient) + dot(&corrections, &gradient);
         let sampson = self.fitted.at(total, self.floor);
@@ -294,21 +295,29 @@ impl<const D: usize> LevelObjective<D> {
         // Where the floor holds, the divisor is a constant.
         let slope = |i: usize| if norms[i] < self.floor { 0.0 } else { -residuals[i] / norms[i].powi(2) };
         let beta: Vec<[f64; D]> = (0..count).map(|i| gradients[i].map(|g| slope(i) * g)).collect();
-        let mut sums = vec![0.0; self.active.block_count() * IndexSet::<D>::BLOCK];
-        self.fitted.collocation.add_transposed(&alpha, &beta, residuals, &self.active, &mut sums);
-        let mut rows = vec![BandRows { collocation: Cow::Borrowed(&self.fitted.collocation), alpha, beta }];
         let flat: Vec<usize> = (0..slopes.len()).filter(|i| slopes[*i] < 0.0).collect();
+        let along = |i: usize| self.fitted.normals[i].map(|n| self.normal_length * self.fitted.roots[i] * n);
+        let flat_slopes: Vec<f64> = flat.iter().map(|i| self.normal_length * slopes[*i]).collect();
+        let mut rows = vec![BandRows { collocation: Cow::Borrowed(&self.fitted.collocation), alpha, beta }];
+        let mut right_sides: Vec<&[f64]> = vec![residuals];
         if !flat.is_empty() {
-            let collocation = self.fitted.collocation.subset(|i| slopes[i] < 0.0);
-            let along = |i: usize| self.fitted.normals[i].map(|n| self.normal_length * self.fitted.roots[i] * n);
-            let (alpha, beta) = (vec![0.0; flat.len()], flat.iter().map(|i| along(*i)).collect::<Vec<_>>());
-            let slopes: Vec<f64> = flat.iter().map(|i| self.normal_length * slopes[*i]).collect();
-            collocation.add_transposed(&alpha, &beta, &slopes, &self.active, &mut sums);
-            rows.push(BandRows { collocation: Cow::Owned(collocation), alpha, beta });
+            let collocation = Cow::Owned(self.fitted.collocation.subset(|i| slopes[i] < 0.0));
+            let (alpha, beta) = (vec![0.0; flat.len()], flat.iter().map(|i| along(*i)).collect());
+            rows.push(BandRows { collocation, alpha, beta });
+            right_sides.push(&flat_slopes);
         }
-        rows.extend(self.bounded.rows(&state.lacks, &self.active, &mut sums));
+        let lacking = self.bounded.rows(&state.lacks).map(|(bounded, lacks)| {
+            rows.push(bounded);
+            lacks
+        });
+        right_sides.extend(lacking.as_deref());
         let mut right = vec![0.0; self.active.len()];
-        self.active.members_of_blocks(&sums, &mut right);
+        let add = |sums: &mut [f64]| {
+            for (rows, y) in rows.iter().zip(right_sides) {
+                rows.collocation.add_transposed(&rows.alpha, &rows.beta, y, &self.active, sums);
+            }
+        };
+        self.energy.sums(add, &mut right);
         right.iter_mut().zip(&state.gradient).for_each(|(b, h)| *b = -(*b + weight * h));
         let energy = self.energy.with_fairness(self.energy.fairness().scaled(weight));
         (BandOperator::new(rows, energy), right)

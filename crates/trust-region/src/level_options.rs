@@ -24,11 +24,12 @@ pub struct LevelOptions {
     /// Standard deviation of the points' distances from their surface, where it is known and not small beside their spacing:
     /// ℓ falls until the Sampson distances are as large as that, and held-out points are not asked (Morozov 1966). Positive.
     pub noise: Option<f64>,
-    /// A level ends after so many steps in a row that bring nothing. At least 1.
+    /// A level ends after so many steps in a row that bring nothing, or one more if none of its steps has brought anything. At
+    /// least 1.
     pub patience: usize,
     /// Most Gauss–Newton steps per level. At least 1.
     pub steps: usize,
-    /// Most conjugate-gradient steps for each, of three products with the operator. At least 1.
+    /// Most conjugate-gradient steps for each, of one product with the operator. At least 1.
     pub cg_steps: usize,
     /// Conjugate gradients end when the residual has fallen to this share. In [0, 1).
     pub cg_tolerance: f64,
@@ -56,9 +57,9 @@ impl Default for LevelOptions {
             decay: 0.1,
             third_order: None,
             noise: None,
-            patience: 2,
+            patience: 1,
             steps: 8,
-            cg_steps: 12,
+            cg_steps: 24,
             cg_tolerance: 1e-3,
             holdout: 0.05,
             seed: 0,

@@ -25,7 +25,7 @@ pub struct LevelStep {
     pub gain_ratio: f64,
     /// Whether the step was taken.
     pub accepted: bool,
-    /// Conjugate-gradient steps.
+    /// Conjugate-gradient steps: products with the normal operator.
     pub cg_steps: usize,
     /// Objective with this weight before and after.
     pub objective: [f64; 2],
@@ -69,6 +69,8 @@ pub struct LevelsReport {
     pub result: LevelErrors,
     /// The levels that were tried, coarse to fine.
     pub levels: Vec<LevelSummary>,
+    /// The levels that were refined once more, with the points that had been held out.
+    pub levels_with_all: Vec<LevelSummary>,
     /// Whether a level brought nothing and ended the cascade.
     pub stopped_early: bool,
     /// Places off the surface that were held on their side.

@@ -60,10 +60,11 @@ pub fn refine_levels<const D: usize>(
     let Refined { mut spline, found, levels } = cascade.run(&dense, band, Guidance::HeldOut)?;
     let result = cascade.errors(&spline);
 
+    let mut levels_with_all = vec![];
     if held_out_points > 0 {
         let all = weighted(&|_| true);
         let mut cascade = Cascade::new(options, points.len(), &all, sides, Judge::none(), &dense)?;
-        spline = cascade.run(&dense, band, Guidance::Found(&found))?.spline;
+        Refined { spline, levels: levels_with_all, .. } = cascade.run(&dense, band, Guidance::Found(&found))?;
     }
 
     let at = spline.evaluate(points, Derivatives::Gradient);
@@ -77,6 +78,7 @@ pub fn refine_levels<const D: usize>(
         result,
         stopped_early: levels.last().is_some_and(|level| level.best_step.is_none()),
         levels,
+        levels_with_all,
         held_places: sides.places.len(),
         floored: norms.iter().filter(|n| **n < options.gradient_floor).count(),
         seconds: start.elapsed().as_secs_f64(),

@@ -6,7 +6,7 @@
 
 use std::borrow::Cow;
 
-use zeroset_bspline::{BlockField, IndexSet, Level};
+use zeroset_bspline::{BlockField, Level};
 use zeroset_multigrid::{BandCollocation, BandRows};
 
 use crate::error::Error;
@@ -64,16 +64,15 @@ impl<const D: usize> Bounded<D> {
         found.iter().zip(&self.bounds).map(|((f, _), b)| lack(*b, f - b)).collect()
     }
 
-    /// The rows of the places that lack something, and what they add to `Jᵀr`.
-    pub(crate) fn rows(&self, lacks: &[f64], set: &IndexSet<D>, sums: &mut [f64]) -> Option<BandRows<'static, D>> {
+    /// The rows of the places that lack something, and what each lacks.
+    pub(crate) fn rows(&self, lacks: &[f64]) -> Option<(BandRows<'static, D>, Vec<f64>)> {
         let residuals: Vec<f64> = lacks.iter().copied().filter(|lack| *lack != 0.0).collect();
         if residuals.is_empty() {
             return None;
         }
-        let collocation = self.collocation.subset(|i| lacks[i] != 0.0);
+        let collocation = Cow::Owned(self.collocation.subset(|i| lacks[i] != 0.0));
         let (alpha, beta) = (vec![1.0; residuals.len()], vec![[0.0; D]; residuals.len()]);
-        collocation.add_transposed(&alpha, &beta, &residuals, set, sums);
-        Some(BandRows { collocation: Cow::Owned(collocation), alpha, beta })
+        Some((BandRows { collocation, alpha, beta }, residuals))
     }
 }
 

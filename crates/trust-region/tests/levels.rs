@@ -166,7 +166,7 @@ fn agrees_with_the_dense_lattice() {
         smoothing_length: length,
         decay: 1.0,
         steps: 4,
-        cg_steps: 60,
+        cg_steps: 400,
         cg_tolerance: 1e-10,
         holdout: 0.0,
         ..options
