@@ -5,8 +5,9 @@
 //! topology (Bertrand and Malandain 1994). Where the surface has only moved all of them go; where it has pierced a wall,
 //! bridged a gap, or made a speck, some are left (as in the topology-preserving level sets of Han, Xu and Prince 2003).
 
+use rayon::prelude::*;
 use rustc_hash::FxHashMap;
-use zeroset_bspline::{Derivatives, Implicit};
+use zeroset_bspline::{Derivatives, Implicit, IndexSet};
 
 use crate::domain::{Domain, flat_index, multi_index};
 
@@ -71,7 +72,7 @@ impl Cells {
     }
 
     fn centres<const D: usize>(&self, domain: &Domain<D>) -> Vec<[f64; D]> {
-        self.keys.iter().map(|key| self.centre(*key, domain)).collect()
+        self.keys.par_iter().with_min_len(1024).map(|key| self.centre(*key, domain)).collect()
     }
 
     /// The halves of those cells in which the functions can differ in topology; none if they are too many.
@@ -86,25 +87,26 @@ impl Cells {
         let reach = STEEPEST * 0.5 * (D as f64).sqrt() * self.side(domain);
         let turning = self.side(domain) <= TURNING * spacing;
         let derivatives = if turning { Derivatives::Gradient } else { Derivatives::Value };
-        let centres = self.centres(domain);
+        let index = |key: &usize| multi_index(*key, &shape).map(|i| i as u32);
+        let set = IndexSet::new(shape.map(|n| n as u32), &self.keys.par_iter().map(index).collect::<Vec<_>>());
+        let cells =
+            Self { keys: set.iter().map(|index| flat_index(&index.map(|i| i as usize), &shape)).collect(), ..*self };
+        let centres = cells.centres(domain);
         let [before, after] = [before.evaluate(&centres, derivatives), after.evaluate(&centres, derivatives)];
-        let places: FxHashMap<usize, usize> = match turning {
-            true => self.keys.iter().enumerate().map(|(i, key)| (*key, i)).collect(),
-            false => FxHashMap::default(),
-        };
         // Or else a slope turns round from one cell to the next.
         let is_flat = |i: usize| {
             flattest(&before.gradients[i], &after.gradients[i]) <= FLAT
-                || beside(self.keys[i], &shape)
-                    .filter_map(|key| places.get(&key))
-                    .any(|j| [&before, &after].iter().any(|f| flattest(&f.gradients[i], &f.gradients[*j]) <= FLAT))
+                || beside(cells.keys[i], &shape)
+                    .filter_map(|key| set.rank(index(&key)))
+                    .any(|j| [&before, &after].iter().any(|f| flattest(&f.gradients[i], &f.gradients[j]) <= FLAT))
         };
-        let wanted = |i: usize| {
-            let (a, b) = (before.values[i], after.values[i]);
+        let wanted = |i: &usize| {
+            let (a, b) = (before.values[*i], after.values[*i]);
             let crossed = (a < 0.0) != (b < 0.0) || a.abs().min(b.abs()) <= reach;
-            crossed && (!turning || is_flat(i))
+            crossed && (!turning || is_flat(*i))
         };
-        let chosen: Vec<usize> = (0..self.keys.len()).filter(|i| wanted(*i)).map(|i| self.keys[i]).collect();
+        let chosen: Vec<usize> =
+            (0..cells.keys.len()).into_par_iter().with_min_len(1024).filter(wanted).map(|i| cells.keys[i]).collect();
         if chosen.len() << D > MOST_CELLS {
             return None;
         }
