@@ -7,47 +7,52 @@ use zeroset_bspline::{Derivatives, Implicit};
 
 use crate::domain::multi_index;
 
-/// The surface is looked for at so many spacings around a point,
-const RADIUS: f64 = 0.35;
-/// and the piece that ends before that at these shares of it,
+/// The surface is looked for at so many spacings around a point, in the directions of the outer cells of a cube of so many along
+/// each side: farther away thin walls are seen at smaller angles.
+const AROUND: [(f64, usize); 2] = [(0.35, 3), (0.7, 5)];
+/// And the piece that ends before that at these shares of it,
 const NEARER: [f64; 2] = [0.3, 0.65];
-/// if the function at the point is below this share of that length: then its zero set is near the point.
+/// if the function at the point is below this share of the shortest of those lengths: then its zero set is near the point.
 const AT_POINT: f64 = 0.5;
 
-/// Which of the points, given their `local` spacing, lie on a piece of f = 0 that ends within about a third of it; f is about the
-/// distance. In frame units.
+/// Which of the points, given their `local` spacing, lie on a piece of f = 0 that ends within less than that; f is about the distance.
+/// In frame units.
 pub fn strays<const D: usize>(f: &impl Implicit<D>, points: &[[f64; D]], local: &[f64]) -> Vec<bool> {
     let at = f.evaluate(points, Derivatives::Gradient);
-    let across = |i: usize| {
-        let gradient = at.gradients[i];
-        let length = gradient.iter().map(|g| g * g).sum::<f64>().sqrt();
-        let step = if length > 0.0 { RADIUS * local[i] / length } else { 0.0 };
-        [-1.0, 1.0].map(|side| std::array::from_fn(|axis| points[i][axis] + side * step * gradient[axis]))
-    };
-    let probes: Vec<[f64; D]> = (0..points.len()).flat_map(across).collect();
-    let values = f.evaluate(&probes, Derivatives::Value).values;
-    // Across nearly all points the function changes sign; around the others all directions are tried.
-    let ends = |i: &usize| {
-        at.values[*i].abs() < AT_POINT * RADIUS * local[*i] && (values[2 * i] < 0.0) == (values[2 * i + 1] < 0.0)
-    };
     let mut stray = vec![false; points.len()];
-    for i in (0..points.len()).filter(ends) {
-        let inside = |share: f64| {
-            let around = sphere(&points[i], share * RADIUS * local[i]);
-            f.evaluate(&around, Derivatives::Value).values.into_iter().map(|value| value < 0.0)
+    for (radius, cells) in AROUND {
+        let across = |i: usize| {
+            let gradient = at.gradients[i];
+            let length = gradient.iter().map(|g| g * g).sum::<f64>().sqrt();
+            let step = if length > 0.0 { radius * local[i] / length } else { 0.0 };
+            [-1.0, 1.0].map(|side| std::array::from_fn(|axis| points[i][axis] + side * step * gradient[axis]))
         };
-        let beyond: Vec<bool> = inside(1.0).collect();
-        let beyond_all = beyond.iter().all(|inside| *inside == beyond[0]);
-        stray[i] = beyond_all && inside(NEARER[0]).chain(inside(NEARER[1])).any(|inside| inside != beyond[0]);
+        let probes: Vec<[f64; D]> = (0..points.len()).flat_map(across).collect();
+        let values = f.evaluate(&probes, Derivatives::Value).values;
+        // Across nearly all points the function changes sign; around the others all directions are tried.
+        let ends = |i: &usize| {
+            at.values[*i].abs() < AT_POINT * AROUND[0].0 * local[*i]
+                && (values[2 * i] < 0.0) == (values[2 * i + 1] < 0.0)
+        };
+        for i in (0..points.len()).filter(ends) {
+            let inside = |share: f64| {
+                let around = sphere(&points[i], share * radius * local[i], cells);
+                f.evaluate(&around, Derivatives::Value).values.into_iter().map(|value| value < 0.0)
+            };
+            let beyond: Vec<bool> = inside(1.0).collect();
+            let beyond_all = beyond.iter().all(|inside| *inside == beyond[0]);
+            stray[i] |= beyond_all && inside(NEARER[0]).chain(inside(NEARER[1])).any(|inside| inside != beyond[0]);
+        }
     }
     stray
 }
 
-/// Points around another one at the given distance: through the faces, edges and corners of a cube.
-fn sphere<const D: usize>(centre: &[f64; D], radius: f64) -> Vec<[f64; D]> {
-    let count = 3usize.pow(D as u32);
-    let directions = (0..count).filter(|i| *i != count / 2).map(|i| multi_index(i, &[3; D]).map(|i| i as f64 - 1.0));
+/// Points around another one at the given distance: through the outer cells of a cube of so many, an odd number, along each side.
+fn sphere<const D: usize>(centre: &[f64; D], radius: f64, cells: usize) -> Vec<[f64; D]> {
+    let half = (cells / 2) as f64;
+    let directions = (0..cells.pow(D as u32)).map(|i| multi_index(i, &[cells; D]).map(|i| i as f64 - half));
     directions
+        .filter(|direction| direction.iter().any(|x| x.abs() == half))
         .map(|direction| {
             let length = direction.iter().map(|x| x * x).sum::<f64>().sqrt();
             std::array::from_fn(|axis| centre[axis] + radius / length * direction[axis])
@@ -74,6 +79,9 @@ mod tests {
         let beside = |c: [f64; 3]| [c[0], c[1], c[2] + 0.04];
         let points = [[0.2, 0.1, 0.16], [-0.3, 0.2, -0.16], beside(speck), beside(bubble), [0.0, 0.3, 0.5]];
         assert_eq!(strays(&f, &points, &[0.3; 5]), [false, false, true, true, false]);
+        // A larger speck, with its point at one end.
+        let f = spline(&domain, 3, |x| (x[2] + 0.3).min(away(x, [0.0, 0.0, 0.2]) - 0.08));
+        assert_eq!(strays(&f, &[[0.0, 0.0, 0.28], [0.1, 0.0, -0.3]], &[0.3; 2]), [true, false]);
         // Both sides of a wall thinner than the radius.
         let wall = spline(&domain, 3, |x| x[2].abs() - 0.05);
         assert_eq!(strays(&wall, &[[0.2, 0.1, 0.05], [0.1, 0.1, -0.05]], &[0.3; 2]), [false; 2]);
