@@ -212,7 +212,7 @@ impl<const D: usize> Refinement<'_, D> {
         };
         if self.points.len() < FEW {
             // So few are held out that their error may turn by chance.
-            settings.patience = 4;
+            settings.patience = 5;
         }
         if let Some(length) = self.smoothing {
             settings.smoothing_length = length.max(first);

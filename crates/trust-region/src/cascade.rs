@@ -226,10 +226,9 @@ impl<'a, const D: usize> Cascade<'a, D> {
             }
             steps.push(step);
             idle = if better { 0 } else { idle + 1 };
-            if idle == self.options.patience + usize::from(best_step.is_none())
-                || self.at_noise
-                || self.options.cancel.is_cancelled()
-            {
+            let sooner = usize::from(!finer && best_step.is_some());
+            let patience = (self.options.patience - sooner).max(1);
+            if idle >= patience || self.at_noise || self.options.cancel.is_cancelled() {
                 break;
             }
         }

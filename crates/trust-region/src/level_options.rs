@@ -24,8 +24,8 @@ pub struct LevelOptions {
     /// Standard deviation of the points' distances from their surface, where it is known and not small beside their spacing:
     /// ℓ falls until the Sampson distances are as large as that, and held-out points are not asked (Morozov 1966). Positive.
     pub noise: Option<f64>,
-    /// A level ends after so many steps in a row that bring nothing, or one more if none of its steps has brought anything. At
-    /// least 1.
+    /// A level ends after so many steps in a row that bring nothing; the finest, whose steps cost most, one step earlier if a step
+    /// of it has brought something. At least 1.
     pub patience: usize,
     /// Most Gauss–Newton steps per level. At least 1.
     pub steps: usize,
@@ -57,7 +57,7 @@ impl Default for LevelOptions {
             decay: 0.1,
             third_order: None,
             noise: None,
-            patience: 1,
+            patience: 2,
             steps: 8,
             cg_steps: 24,
             cg_tolerance: 1e-3,
