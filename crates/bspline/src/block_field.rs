@@ -4,13 +4,11 @@ use rayon::prelude::*;
 use std::sync::Arc;
 
 use crate::block_mask::SIDE;
+use crate::hierarchical_spline::WIDTH;
 use crate::index_set::{IndexSet, spread};
 
-/// Functions that act on a cell, along each axis.
-const WIDTH: usize = 4;
-
-/// Places after a block that rows are gathered with.
-const AFTER: usize = 3;
+/// Places after a block that rows are gathered with: functions that act on its last cell.
+const AFTER: usize = WIDTH - 1;
 
 /// Numbers on the members of an [`IndexSet`]: control coefficients of the basis functions that matter.
 ///

@@ -91,7 +91,7 @@ mod spline;
 mod tensor;
 mod two_scale;
 
-pub use basis::{Basis, MAX_DERIVATIVE};
+pub use basis::{Basis, MAX_DERIVATIVE, cubic_cardinals};
 pub use block_field::BlockField;
 pub use bounds::CellBounds;
 pub use cell_band::{BandError, CellBand, levels_for_spacing};

@@ -54,7 +54,7 @@ impl<const D: usize> Block<D> {
 }
 
 /// Cubic functions act on the cell where they begin and so many beyond it.
-const REACH: usize = 3;
+const REACH: usize = TILE - SIDE;
 
 /// The points that lie in the cells of a level, sorted by cell. Numbers per point come in this order: see
 /// [`BandCollocation::indices`].

@@ -3,6 +3,7 @@
 //! Two axes are the case of three whose first axis has one basis function, the constant one.
 
 use pulp::{Simd, WithSimd};
+use zeroset_bspline::cubic_cardinals;
 
 use crate::band_collocation::Place;
 
@@ -18,10 +19,7 @@ const PLANE: usize = WIDTH * WIDTH;
 /// Values and slopes of the four cubic cardinal functions that act on a cell of a given side, at a position between 0 and 1.
 #[inline(always)]
 pub(crate) fn cardinal(t: f64, side: f64) -> ([f64; WIDTH], [f64; WIDTH]) {
-    let (s, tt) = (1.0 - t, t * t);
-    let ss = s * s;
-    let values = [ss * s / 6.0, 2.0 / 3.0 - tt * (1.0 - 0.5 * t), 2.0 / 3.0 - ss * (1.0 - 0.5 * s), tt * t / 6.0];
-    let slopes = [-0.5 * ss, t * (1.5 * t - 2.0), -s * (1.5 * s - 2.0), 0.5 * tt];
+    let (values, slopes) = cubic_cardinals(t);
     (values, slopes.map(|slope| slope / side))
 }
 

@@ -3,7 +3,8 @@
 use rayon::prelude::*;
 
 use crate::band_operator::BandOperator;
-use crate::vectors::{add_scaled, dot};
+use crate::step_norm::StepNorm;
+use crate::vectors::{PIECE, add_scaled, dot};
 
 /// When to end a solve.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -58,8 +59,7 @@ pub fn solve_truncated<const D: usize>(operator: &BandOperator<'_, D>, b: &[f64]
     let mut square = advance(0.0, &direction, &applied, &mut x, &mut residual, diagonal);
     turn(0.0, &residual, diagonal, &mut direction);
     let first = square;
-    // xᵀDx, xᵀDp and pᵀDp, by recurrence.
-    let (mut xx, mut xp, mut pp) = (0.0, 0.0, square);
+    let mut norm = StepNorm::new(square);
     let (mut steps, mut end) = (0, StepEnd::Truncated);
     while steps < truncation.most_steps {
         if !(square.is_finite() && square > 0.0) {
@@ -73,33 +73,28 @@ pub fn solve_truncated<const D: usize>(operator: &BandOperator<'_, D>, b: &[f64]
             end = StepEnd::Flat;
             break;
         }
-        let grown = xx + 2.0 * alpha * xp + alpha * alpha * pp;
-        if grown >= truncation.radius.powi(2) {
-            let tau = to_boundary(xx, xp, pp, truncation.radius);
+        if norm.reaches(alpha, truncation.radius) {
+            let tau = norm.cut(truncation.radius);
             add_scaled(&mut x, tau, &direction);
             add_scaled(&mut residual, -tau, &applied);
-            (xx, end) = (truncation.radius.powi(2), StepEnd::Boundary);
+            end = StepEnd::Boundary;
             break;
         }
         let next = advance(alpha, &direction, &applied, &mut x, &mut residual, diagonal);
-        xx = grown;
+        norm.advance(alpha);
         if next.sqrt() <= truncation.tolerance * first.sqrt() {
             end = StepEnd::Converged;
             break;
         }
         let beta = next / square;
         square = next;
-        xp = beta * (xp + alpha * pp);
-        pp = square + beta * beta * pp;
+        norm.turn(beta, square);
         turn(beta, &residual, diagonal, &mut direction);
     }
     // With r = b − Ax the decrease bᵀx − ½ xᵀAx is ½ xᵀ(b + r).
     let predicted_decrease = 0.5 * (dot(&x, b) + dot(&x, &residual));
-    BandStep { x, norm: xx.sqrt(), predicted_decrease, steps, end }
+    BandStep { x, norm: norm.length(), predicted_decrease, steps, end }
 }
-
-/// Numbers that are done at once: few enough to stay in cache. Fixed, so that sums do not depend on the number of threads.
-const PIECE: usize = 1 << 12;
 
 /// `x ← x + α p` and `r ← r − α Ap`; gives `rᵀD⁻¹r`.
 fn advance(alpha: f64, p: &[f64], applied: &[f64], x: &mut [f64], r: &mut [f64], diagonal: &[f64]) -> f64 {
@@ -126,11 +121,4 @@ fn turn(beta: f64, r: &[f64], diagonal: &[f64], p: &mut [f64]) {
             *p = r / d + beta * *p;
         }
     });
-}
-
-/// The positive root τ of `xx + 2τ xp + τ² pp = radius²`, without cancellation.
-fn to_boundary(xx: f64, xp: f64, pp: f64, radius: f64) -> f64 {
-    let gap = (radius * radius - xx).max(0.0);
-    let root = (xp * xp + pp * gap).sqrt();
-    if xp > 0.0 { gap / (xp + root) } else { (root - xp) / pp }
 }

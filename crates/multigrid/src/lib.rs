@@ -79,6 +79,7 @@ mod scratch;
 mod separable_energy;
 mod smoother;
 mod spectrum;
+mod step_norm;
 mod transfer;
 mod vectors;
 
@@ -92,3 +93,4 @@ pub use conjugate_gradients::{SolveOptions, SolveReport};
 pub use multigrid::{Multigrid, MultigridError};
 pub use normal_matrix::{NormalEquations, NormalMatrix};
 pub use normal_operator::{NormalOperator, OperatorError};
+pub use step_norm::StepNorm;

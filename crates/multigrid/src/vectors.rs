@@ -4,7 +4,7 @@ use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
 /// Inner products are summed over pieces of this length, then from the first piece to the last.
-const PIECE: usize = 1 << 12;
+pub(crate) const PIECE: usize = 1 << 12;
 
 /// Below this length tasks are not worth their overhead.
 const FEW: usize = 1 << 17;

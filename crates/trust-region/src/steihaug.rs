@@ -1,5 +1,7 @@
 //! Truncated conjugate gradients for the trust-region sub-problem (Toint 1981, Steihaug 1983).
 
+use zeroset_multigrid::StepNorm;
+
 use crate::quadratic_model::Complement;
 use crate::report::SubProblemEnd;
 use crate::rows::dot;
@@ -46,8 +48,7 @@ pub(crate) fn steihaug(
     let mut rz = dot(&r, &z);
     let first = rz;
     let mut p: Vec<f64> = z.iter().map(|z| -z).collect();
-    // gᵀPg, gᵀPp and pᵀPp by recurrence: P itself is never applied.
-    let (mut gg, mut gp, mut pp) = (0.0, 0.0, rz);
+    let mut norm = StepNorm::new(rz);
     let mut steps = 0;
     let mut end = SubProblemEnd::Truncated;
     if rz <= 0.0 || rz.is_nan() {
@@ -58,23 +59,21 @@ pub(crate) fn steihaug(
         steps += 1;
         let curvature = dot(&p, &mp);
         let alpha = rz / curvature;
-        let grown = gg + 2.0 * alpha * gp + alpha * alpha * pp;
         // Written so that a curvature that is not a number counts as negative.
         let convex = curvature > 0.0;
-        if !convex || grown >= truncation.radius.powi(2) {
+        if !convex || norm.reaches(alpha, truncation.radius) {
             end = if convex { SubProblemEnd::Boundary } else { SubProblemEnd::NegativeCurvature };
             // Without a bound there is nothing to walk to: keep what there is.
             if truncation.radius.is_finite() {
-                let tau = to_boundary(gg, gp, pp, truncation.radius);
+                let tau = norm.cut(truncation.radius);
                 advance(&mut g, &p, tau);
                 advance(&mut r, &mp, tau);
-                gg = truncation.radius.powi(2);
             }
             break;
         }
         advance(&mut g, &p, alpha);
         advance(&mut r, &mp, alpha);
-        gg = grown;
+        norm.advance(alpha);
         let z = preconditioned(&r);
         let next = dot(&r, &z);
         // A preconditioner that is not positive, or rounding: no further direction can be trusted.
@@ -84,24 +83,16 @@ pub(crate) fn steihaug(
         }
         let beta = next / rz;
         rz = next;
-        gp = beta * (gp + alpha * pp);
-        pp = rz + beta * beta * pp;
+        norm.turn(beta, rz);
         p.iter_mut().zip(&z).for_each(|(p, z)| *p = beta * *p - z);
     }
     // r = b + M g, so that bᵀg + ½ gᵀMg = ½ gᵀ(b + r).
     let predicted_decrease = -0.5 * (dot(&g, gradient) + dot(&g, &r));
-    Step { g, norm: gg.max(0.0).sqrt(), predicted_decrease, cg_steps: steps, end }
+    Step { g, norm: norm.length(), predicted_decrease, cg_steps: steps, end }
 }
 
 fn advance(x: &mut [f64], p: &[f64], length: f64) {
     x.iter_mut().zip(p).for_each(|(x, p)| *x += length * p);
-}
-
-/// The positive root τ of `gg + 2τ gp + τ² pp = radius²`, without cancellation.
-fn to_boundary(gg: f64, gp: f64, pp: f64, radius: f64) -> f64 {
-    let gap = (radius * radius - gg).max(0.0);
-    let root = (gp * gp + pp * gap).sqrt();
-    if gp > 0.0 { gap / (gp + root) } else { (root - gp) / pp }
 }
 
 #[cfg(test)]
