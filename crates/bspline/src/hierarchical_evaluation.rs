@@ -19,6 +19,11 @@ impl<const D: usize> HierarchicalSpline<D> {
         self.root().contains(x)
     }
 
+    /// The level of the leaf cell that holds a point, 0 for the dense lattice; none outside the box.
+    pub fn level_at(&self, x: &[f64; D]) -> Option<usize> {
+        self.locate(x).map(|(level, _)| level)
+    }
+
     /// `f(x)`; NaN outside the box.
     pub fn value(&self, x: &[f64; D]) -> f64 {
         match self.locate(x) {

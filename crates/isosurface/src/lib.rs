@@ -62,7 +62,7 @@
 //!   passes through: the mesh is closed, and the whole lattice's up to rounding, at a cost that grows with its area.
 //! * The same bytes for any number of threads.
 //!
-//! A mesh or curves can then be cut: [`TriMesh::clipped`] and [`Curves::clipped`] keep the part where a function of the vertices
+//! A mesh can then get larger triangles where small ones are not needed: [`TriMesh::coarsen`]. A mesh or curves can be cut: [`TriMesh::clipped`] and [`Curves::clipped`] keep the part where a function of the vertices
 //! is not positive, with a clean boundary; a manifold stays one.
 //!
 //! **Not guaranteed.**
@@ -75,6 +75,7 @@
 mod cell;
 mod cell_mesh;
 mod clip;
+mod coarsen;
 mod curve;
 mod error;
 mod function;

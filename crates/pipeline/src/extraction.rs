@@ -2,6 +2,7 @@
 
 use std::time::Instant;
 
+use rayon::prelude::*;
 use serde::Serialize;
 use zeroset_bspline::{Derivatives, HierarchicalSpline};
 use zeroset_isosurface::{self as isosurface, CurveTopology, Curves, Topology, TriMesh};
@@ -18,6 +19,9 @@ const FINE_ENOUGH: usize = 96;
 const MANY: f64 = 400_000.0;
 /// A surface passes through so many cells for every square of a cell's side.
 const PER_CELL: f64 = 1.5;
+
+/// Edges of a mesh are up to so many cells long.
+const LONGEST: f64 = 1.5;
 
 /// A component with less than the area of so many points is a speck.
 const SPECK: f64 = 50.0;
@@ -53,6 +57,7 @@ pub fn extract_surface(reconstruction: &mut Reconstruction<3>) -> Result<(TriMes
         [remote, mesh.area()]
     });
     let uncovered = uncovered(&points, &mesh.vertices, &nearest, 2.0 * spacing.typical);
+    match_cells(&reconstruction.spline, reconstruction.domain.spacing(reconstruction.halvings + halvings), &mut mesh);
     let frame = reconstruction.frame;
     for vertex in &mut mesh.vertices {
         *vertex = frame.to_data(vertex);
@@ -197,6 +202,18 @@ fn marching_halvings<const D: usize>(reconstruction: &Reconstruction<D>) -> u32 
     let vertices = PER_CELL * reconstruction.points.len() as f64 * (spacing / cell).powi(D as i32 - 1);
     let refined = reconstruction.initial.is_some();
     levels + u32::from(longest << levels < FINE_ENOUGH || (refined && vertices < MANY))
+}
+
+/// Gives a mesh that was extracted on cells of a certain side larger triangles where the function's own cells are larger than
+/// its finest ones: where the points are farther apart.
+fn match_cells(spline: &HierarchicalSpline<3>, side: f64, mesh: &mut TriMesh) {
+    let finest = spline.levels().len();
+    let length = |vertex: &[f64; 3]| match spline.level_at(vertex) {
+        Some(level) if level < finest => LONGEST * side * f64::from(1u32 << (finest - level)),
+        _ => 0.0,
+    };
+    let longest: Vec<f64> = mesh.vertices.par_iter().map(length).collect();
+    mesh.coarsen(&longest);
 }
 
 /// Moves the vertices from the first one on to f = 0 and gives them their normals, in the frame.

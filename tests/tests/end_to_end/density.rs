@@ -58,7 +58,6 @@ fn cells_are_finer_where_points_are_denser() {
             }
         }
     }
-    // The zero set is extracted on cells of one size, the finest: triangles are as small elsewhere as where points are dense.
     let [dense_edge, sparse_edge] = edges.map(|(sum, count)| sum / count);
     println!("{} points", points.len());
     println!("cells {dense_side:.5} where dense, {sparse_side:.5} elsewhere: {:.1} : 1", sparse_side / dense_side);
@@ -67,4 +66,6 @@ fn cells_are_finer_where_points_are_denser() {
     assert!(dense_edge < 2.0 * dense_side, "{dense_edge} {dense_side}");
     // The spacings are as 10 : 1; cells are halved, and never coarser than the dense lattice's.
     assert!(sparse_side > 3.0 * dense_side, "{sparse_side} {dense_side}");
+    // Triangles match them.
+    assert!(sparse_edge > 0.5 * (sparse_side / dense_side) * dense_edge, "{sparse_edge} {dense_edge}");
 }
