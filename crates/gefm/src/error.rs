@@ -20,6 +20,14 @@ pub enum GefmError {
         /// Points there are.
         needed: usize,
     },
+    /// Not one known normal per point.
+    #[error("{found} normals were given for {needed} points")]
+    Normals {
+        /// Normals given.
+        found: usize,
+        /// Points there are.
+        needed: usize,
+    },
     /// The smoothing length or the density is not positive and finite.
     #[error("the smoothing length {length} and the density {density} must be positive, finite numbers")]
     Smoothing {

@@ -10,8 +10,8 @@ use tracing::debug;
 use zeroset_bspline::{Derivatives, KnotVector, Spline};
 
 use crate::error::GefmError;
-use crate::ladder_options::LadderOptions;
-use crate::ladder_report::{Candidate, LadderReport};
+use crate::ladder_options::{KnownNormals, LadderOptions};
+use crate::ladder_report::{Candidate, LadderReport, Start};
 use crate::referee::Referee;
 use crate::rung::{Found, Rung};
 
@@ -37,13 +37,16 @@ pub fn climb<const D: usize>(
     points: &[[f64; D]],
     areas: &[f64],
     base: &[KnotVector; D],
-    options: &LadderOptions,
+    options: &LadderOptions<D>,
 ) -> Result<(Spline<D>, Vec<f64>, LadderReport), GefmError> {
     if points.is_empty() {
         return Err(GefmError::NoPoints);
     }
     if areas.len() != points.len() {
         return Err(GefmError::Areas { found: areas.len(), needed: points.len() });
+    }
+    if let Some(found) = options.normals.vectors().map(<[_]>::len).filter(|found| *found != points.len()) {
+        return Err(GefmError::Normals { found, needed: points.len() });
     }
     let (length, density) = (options.spacing, options.density);
     if !(length.is_finite() && density.is_finite() && length > 0.0 && density > 0.0) {
@@ -57,7 +60,7 @@ fn climb_among_threads<const D: usize>(
     points: &[[f64; D]],
     areas: &[f64],
     base: &[KnotVector; D],
-    options: &LadderOptions,
+    options: &LadderOptions<D>,
 ) -> Result<(Spline<D>, Vec<f64>, LadderReport), GefmError> {
     let mut knots = base.clone();
     for _ in 0..options.first {
@@ -92,7 +95,7 @@ struct Ladder<'a, const D: usize> {
     points: &'a [[f64; D]],
     areas: &'a [f64],
     base: &'a [KnotVector; D],
-    options: &'a LadderOptions,
+    options: &'a LadderOptions<D>,
     referee: Referee<'a, D>,
     report: LadderReport,
     leader: Option<Leader<D>>,
@@ -119,11 +122,11 @@ impl<const D: usize> Ladder<'_, D> {
         self.options.cancel.check()?;
         let mut rung = Rung::new(points, self.base, halvings, ratio, &self.directions(), self.options)?;
         if self.leader.is_some() {
-            self.consider(&rung, false)?;
+            self.consider(&rung, self.next())?;
             if let Some(ratio) = self.shorter(ratio) {
                 // Wide cells may have called for a length that narrower ones do not need.
                 rung.set_ratio(ratio)?;
-                self.consider(&rung, false)?;
+                self.consider(&rung, self.next())?;
             }
         }
         match self.leader.as_ref().map(|leader| (leader.ratio, leader.score)) {
@@ -155,12 +158,32 @@ impl<const D: usize> Ladder<'_, D> {
         below.max_by(f64::total_cmp)
     }
 
-    /// Candidates from scratch: with the length of the rung, then with longer ones as long as each is better than the one
+    /// What a candidate starts with where there is a leader.
+    fn next(&self) -> Start {
+        match self.options.normals {
+            KnownNormals::Trust(_) => Start::Normals,
+            _ => Start::Leader,
+        }
+    }
+
+    /// What a candidate starts with that is to be independent of the leader.
+    fn scratch(&self) -> Start {
+        match self.options.normals {
+            KnownNormals::Trust(_) => Start::Normals,
+            _ => Start::Eigenvector,
+        }
+    }
+
+    /// Candidates from scratch, after the one from known normals if they are but a hint and it is not good enough: with the length of the rung, then with longer ones as long as each is better than the one
     /// before, or, if none is, with shorter ones. One longer length that is worse is passed over where the first was about
     /// random: under noise all those that are too short are, and so are their scores.
     fn search(&mut self, rung: &mut Rung<D>) -> Result<(), GefmError> {
         let first_ratio = rung.ratio();
-        let first = self.consider(rung, true)?;
+        let hint = matches!(self.options.normals, KnownNormals::Hint(_));
+        if hint && self.consider(rung, Start::Normals)? < self.options.content {
+            return Ok(());
+        }
+        let first = self.consider(rung, self.scratch())?;
         let longer: Vec<f64> = self.options.ratios.iter().copied().filter(|other| *other > first_ratio).collect();
         let shorter: Vec<f64> =
             self.options.ratios.iter().rev().copied().filter(|other| *other < first_ratio).collect();
@@ -171,7 +194,7 @@ impl<const D: usize> Ladder<'_, D> {
                     return Ok(());
                 }
                 rung.set_ratio(ratio)?;
-                let score = self.consider(rung, true)?;
+                let score = self.consider(rung, self.scratch())?;
                 let slack = self.smoother(last);
                 if score < if ratio > first_ratio { last + slack } else { last - slack } {
                     (last, better, patient) = (score, true, false);
@@ -188,16 +211,21 @@ impl<const D: usize> Ladder<'_, D> {
         Ok(())
     }
 
-    /// Fits, from scratch or from the leader, and judges; the score, infinite if the fit failed.
+    /// Fits and judges; the score, infinite if the fit failed.
     ///
     /// # Errors
     /// If the ladder was cancelled.
-    fn consider(&mut self, rung: &Rung<D>, spectral: bool) -> Result<f64, GefmError> {
-        let found = match &self.leader {
-            Some(leader) if !spectral => rung.continued(&leader.f, self.report.candidates[leader.index].halvings),
+    fn consider(&mut self, rung: &Rung<D>, start: Start) -> Result<f64, GefmError> {
+        let found = match (start, &self.leader, self.options.normals.vectors()) {
+            (Start::Normals, _, Some(normals)) => {
+                rung.oriented(normals, matches!(self.options.normals, KnownNormals::Trust(_)))
+            }
+            (Start::Leader, Some(leader), _) => {
+                rung.continued(&leader.f, self.report.candidates[leader.index].halvings)
+            }
             _ => rung.spectral(),
         };
-        match self.judge(found, rung, spectral) {
+        match self.judge(found, rung, start) {
             Ok(score) => Ok(score),
             Err(cancelled @ GefmError::Cancelled(_)) => Err(cancelled),
             Err(error) => {
@@ -207,19 +235,19 @@ impl<const D: usize> Ladder<'_, D> {
         }
     }
 
-    fn judge(&mut self, found: Found<D>, rung: &Rung<D>, spectral: bool) -> Result<f64, GefmError> {
+    fn judge(&mut self, found: Found<D>, rung: &Rung<D>, start: Start) -> Result<f64, GefmError> {
         let (f, iterations) = found?;
         let (judgement, winding) = self.referee.judge(&f)?;
         let (halvings, unknowns, ratio, score) = (rung.halvings, rung.unknowns(), rung.ratio(), judgement.score);
-        debug!(halvings, unknowns, ratio, spectral, iterations, score, "candidate");
+        debug!(halvings, unknowns, ratio, ?start, iterations, score, "candidate");
         let slack = match &self.leader {
             Some(leader) if ratio > leader.ratio => self.smoother(leader.score),
             Some(leader) if ratio < leader.ratio => -self.smoother(leader.score),
-            _ if spectral => 0.0,
+            _ if start != self.next() => 0.0,
             _ => SLACK,
         };
         let index = self.report.candidates.len();
-        self.report.candidates.push(Candidate { halvings, unknowns, ratio, spectral, iterations, judgement });
+        self.report.candidates.push(Candidate { halvings, unknowns, ratio, start, iterations, judgement });
         if self.leader.as_ref().is_none_or(|leader| score < leader.score + slack) {
             self.leader = Some(Leader { f, index, score, ratio, winding });
         }
@@ -290,5 +318,45 @@ mod tests {
         let right =
             points.iter().filter(|p| f.value_and_gradient(p).1.iter().zip(*p).map(|(g, x)| g * x).sum::<f64>() > 0.0);
         assert_eq!(right.count(), 300, "{report:?}");
+    }
+
+    #[test]
+    fn known_normals_are_a_start_or_the_law() {
+        // A circle.
+        let points: Vec<[f64; 2]> = (0..200)
+            .map(|i| (f64::from(i) / 200.0 * std::f64::consts::TAU).sin_cos())
+            .map(|(s, c)| [0.4 * c, 0.4 * s])
+            .collect();
+        let spacing = 0.4 * std::f64::consts::TAU / 200.0;
+        let good: Vec<[f64; 2]> = points.iter().map(|p| p.map(|x| 7.0 * x)).collect();
+        let turned = |is_wrong: fn(usize) -> bool| -> Vec<[f64; 2]> {
+            good.iter().enumerate().map(|(i, n)| if is_wrong(i) { n.map(|x| -x) } else { *n }).collect()
+        };
+        let found = |normals| {
+            let options = LadderOptions { last: 1, normals, ..LadderOptions::new(spacing, 1.0 / spacing) };
+            let (f, _, report) = climb(&points, &[1.0; 200], &knots(0.6, 12), &options).unwrap();
+            let right = points
+                .iter()
+                .filter(|p| f.value_and_gradient(p).1.iter().zip(*p).map(|(g, x)| g * x).sum::<f64>() > 0.0);
+            (right.count(), report.candidates.iter().map(|candidate| candidate.start).collect::<Vec<_>>())
+        };
+        assert_eq!(found(KnownNormals::Hint(good.clone())), (200, vec![Start::Normals]));
+        assert_eq!(found(KnownNormals::Trust(good.clone())), (200, vec![Start::Normals]));
+        // A common sign is no matter.
+        assert_eq!(found(KnownNormals::Trust(turned(|_| true))), (200, vec![Start::Normals]));
+        // Wrong ones are put right, or given up.
+        assert_eq!(found(KnownNormals::Hint(turned(|i| i % 5 == 0))).0, 200);
+        let (right, starts) = found(KnownNormals::Hint(turned(|i| i < 100)));
+        assert!(right == 200 && starts.contains(&Start::Eigenvector), "{starts:?}");
+        // Where they are the law a wrong half is half of the points.
+        let (right, starts) = found(KnownNormals::Trust(turned(|i| i < 100)));
+        assert!(
+            (90..=110).contains(&right) && starts.iter().all(|start| *start == Start::Normals),
+            "{right} {starts:?}"
+        );
+        let missing =
+            LadderOptions { normals: KnownNormals::Hint(vec![]), ..LadderOptions::new(spacing, 1.0 / spacing) };
+        let result = climb(&points, &[1.0; 200], &knots(0.6, 12), &missing);
+        assert!(matches!(result, Err(GefmError::Normals { found: 0, needed: 200 })));
     }
 }

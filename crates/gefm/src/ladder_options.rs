@@ -2,9 +2,33 @@
 
 use zeroset_watch::CancelToken;
 
+/// Normals that are known from elsewhere, `N × D`, one per point: outward up to a common sign, of any length; zero where there is
+/// none.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub enum KnownNormals<const D: usize> {
+    /// There are none.
+    #[default]
+    None,
+    /// Where the continuation begins first: at p = 1, so that what is wrong among them is put right; the eigenvector is sought
+    /// only if the referee is not content with that.
+    Hint(Vec<[f64; D]>),
+    /// What every candidate is fitted to; the referee chooses the length, and the lattice.
+    Trust(Vec<[f64; D]>),
+}
+
+impl<const D: usize> KnownNormals<D> {
+    /// The normals, if there are any.
+    pub fn vectors(&self) -> Option<&[[f64; D]]> {
+        match self {
+            Self::None => None,
+            Self::Hint(normals) | Self::Trust(normals) => Some(normals),
+        }
+    }
+}
+
 /// Settings of [`climb`](crate::climb).
 #[derive(Debug, Clone, PartialEq)]
-pub struct LadderOptions {
+pub struct LadderOptions<const D: usize> {
     /// Spacing s of the points, frame units.
     pub spacing: f64,
     /// Density ρ of the points: per unit length in 2D, per unit area in 3D, in frame units.
@@ -23,12 +47,14 @@ pub struct LadderOptions {
     pub doubtful: f64,
     /// Relative residual of the solves on finer lattices.
     pub tolerance: f64,
+    /// What is known of the normals.
+    pub normals: KnownNormals<D>,
     /// Looked at before every iteration of the continuation; a cancelled ladder ends with
     /// [`GefmError::Cancelled`](crate::GefmError::Cancelled).
     pub cancel: CancelToken,
 }
 
-impl LadderOptions {
+impl<const D: usize> LadderOptions<D> {
     /// The defaults for points with spacing `spacing` and density `density`.
     pub fn new(spacing: f64, density: f64) -> Self {
         Self {
@@ -41,6 +67,7 @@ impl LadderOptions {
             content: 0.1,
             doubtful: 0.25,
             tolerance: 1e-3,
+            normals: KnownNormals::None,
             cancel: CancelToken::new(),
         }
     }

@@ -4,6 +4,18 @@ use serde::Serialize;
 
 use crate::referee::Judgement;
 
+/// What a fit begins with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Start {
+    /// The generalized eigenvector.
+    Eigenvector,
+    /// The normals of the best candidate so far.
+    Leader,
+    /// Normals known from elsewhere.
+    Normals,
+}
+
 /// One fit and what the referee said.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Candidate {
@@ -13,8 +25,8 @@ pub struct Candidate {
     pub unknowns: usize,
     /// Smoothing length in spacings.
     pub ratio: f64,
-    /// Whether it was found from scratch, by an eigenvector, and not from the normals of an earlier candidate.
-    pub spectral: bool,
+    /// What the fit began with.
+    pub start: Start,
     /// Iterations of the continuation.
     pub iterations: usize,
     /// The verdict.

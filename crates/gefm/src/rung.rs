@@ -21,7 +21,7 @@ const SPECTRAL: f64 = 1e-2;
 pub(crate) struct Rung<'a, const D: usize> {
     points: &'a [[f64; D]],
     areas: &'a [f64],
-    options: &'a LadderOptions,
+    options: &'a LadderOptions<D>,
     multigrid: Multigrid<D>,
     collocation: Collocation<D>,
     /// What the points pull at.
@@ -46,7 +46,7 @@ impl<'a, const D: usize> Rung<'a, D> {
         halvings: u32,
         ratio: f64,
         directions: &[[f64; D]],
-        options: &'a LadderOptions,
+        options: &'a LadderOptions<D>,
     ) -> Result<Self, GefmError> {
         let multigrid = Multigrid::new(base, halvings, points, areas, options.weight(ratio))?;
         let collocation = Collocation::new(multigrid.knots(), points)?;
@@ -84,6 +84,15 @@ impl<'a, const D: usize> Rung<'a, D> {
             start = start.halved().map_err(MultigridError::from)?;
         }
         self.at_exponents(start.as_flat().to_vec(), &[1.0])
+    }
+
+    /// The fit to normals known from elsewhere: as they are, or with the continuation at p = 1 after it.
+    pub(crate) fn oriented(&self, normals: &[[f64; D]], as_they_are: bool) -> Found<D> {
+        self.options.cancel.check()?;
+        let mut pull = vec![0.0; self.pull.len()];
+        self.collocation.add_gradients_transposed(&area_vectors(normals, self.areas), &mut pull);
+        let f = Iterative::new(&self.multigrid, self.options.tolerance).solve_from_zero(&pull, self.options.tolerance);
+        self.at_exponents(f, if as_they_are { &[] } else { &[1.0] })
     }
 
     /// The fit from scratch: the eigenvector, or about it, for the continuation only needs to begin near it.
