@@ -41,6 +41,9 @@ Register-ArgumentCompleter -Native -CommandName 'zeroset' -ScriptBlock {
         }
         'zeroset;reconstruct' {
             [CompletionResult]::new('--format', '--format', [CompletionResultType]::ParameterName, 'The format of the points, whatever the extension; needed for standard input')
+            [CompletionResult]::new('--normals', '--normals', [CompletionResultType]::ParameterName, 'What to do with normals that the points have: nothing, begin with them, or let them decide the sides. Which way is out is found in any case')
+            [CompletionResult]::new('--box', '--box', [CompletionResultType]::ParameterName, 'Take only the points in this box: X0,Y0,Z0,X1,Y1,Z1, in the plane X0,Y0,X1,Y1, in the unit of the points')
+            [CompletionResult]::new('--plane', '--plane', [CompletionResultType]::ParameterName, 'Take two of the three coordinates: the points seen along the third axis, whose outline is wanted')
             [CompletionResult]::new('-o', '-o', [CompletionResultType]::ParameterName, 'Where to write, repeatable; the extension decides what: mesh .ply .obj .stl .glb (3D), curve .svg .json .csv .dxf (2D), spline .npz, field .npy .exr .vti, picture .png: the surface with points from the front, obliquely and from above, or the function''s levels with curve and points')
             [CompletionResult]::new('--output', '--output', [CompletionResultType]::ParameterName, 'Where to write, repeatable; the extension decides what: mesh .ply .obj .stl .glb (3D), curve .svg .json .csv .dxf (2D), spline .npz, field .npy .exr .vti, picture .png: the surface with points from the front, obliquely and from above, or the function''s levels with curve and points')
             [CompletionResult]::new('--oriented', '--oriented', [CompletionResultType]::ParameterName, 'Write the input points with outward normals, confidence and which are outliers (.ply)')
@@ -48,6 +51,7 @@ Register-ArgumentCompleter -Native -CommandName 'zeroset' -ScriptBlock {
             [CompletionResult]::new('--report', '--report', [CompletionResultType]::ParameterName, 'Write the report, repeatable: stages, figures, topology of the result as .json, or as an .html page with pictures, plots and a view of the surface that can be turned')
             [CompletionResult]::new('--resolution', '--resolution', [CompletionResultType]::ParameterName, 'Cells along the longest side of the points'' bounding box on the finest level, 8 to 1024 [default: from the spacing of the points]')
             [CompletionResult]::new('--smooth', '--smooth', [CompletionResultType]::ParameterName, 'Smooth away detail below this length, in the unit of the points [default: automatic]')
+            [CompletionResult]::new('--margin', '--margin', [CompletionResultType]::ParameterName, 'Room around the points in which the function is defined, at least, in the unit of the points; up to half their longest side [default: a few cells]')
             [CompletionResult]::new('--degree', '--degree', [CompletionResultType]::ParameterName, 'Degree of the B-splines, 2 to 5')
             [CompletionResult]::new('--topology', '--topology', [CompletionResultType]::ParameterName, 'How inside is told from outside')
             [CompletionResult]::new('--distance', '--distance', [CompletionResultType]::ParameterName, 'How the distance on the lattice is computed')

@@ -395,7 +395,7 @@ _zeroset() {
             return 0
             ;;
         zeroset__subcmd__reconstruct)
-            opts="-o -q -h --format --output --oriented --up --report --resolution --smooth --open --degree --topology --distance --memory --time --no-refine --accept-doubt --quiet --threads --help"
+            opts="-o -q -h --format --normals --box --plane --output --oriented --up --report --resolution --smooth --open --margin --degree --topology --distance --memory --time --no-refine --accept-doubt --quiet --threads --help"
             if [[ ${cur} == -* || ${COMP_CWORD} -eq 2 ]] ; then
                 COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
                 return 0
@@ -403,6 +403,18 @@ _zeroset() {
             case "${prev}" in
                 --format)
                     COMPREPLY=($(compgen -W "ply xyz xy txt csv asc pts obj stl npy las laz e57" -- "${cur}"))
+                    return 0
+                    ;;
+                --normals)
+                    COMPREPLY=($(compgen -W "ignore hint trust" -- "${cur}"))
+                    return 0
+                    ;;
+                --box)
+                    COMPREPLY=($(compgen -f "${cur}"))
+                    return 0
+                    ;;
+                --plane)
+                    COMPREPLY=($(compgen -W "xy xz yz" -- "${cur}"))
                     return 0
                     ;;
                 --output)
@@ -430,6 +442,10 @@ _zeroset() {
                     return 0
                     ;;
                 --smooth)
+                    COMPREPLY=($(compgen -f "${cur}"))
+                    return 0
+                    ;;
+                --margin)
                     COMPREPLY=($(compgen -f "${cur}"))
                     return 0
                     ;;

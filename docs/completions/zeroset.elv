@@ -37,6 +37,9 @@ set edit:completion:arg-completer[zeroset] = {|@words|
         }
         &'zeroset;reconstruct'= {
             cand --format 'The format of the points, whatever the extension; needed for standard input'
+            cand --normals 'What to do with normals that the points have: nothing, begin with them, or let them decide the sides. Which way is out is found in any case'
+            cand --box 'Take only the points in this box: X0,Y0,Z0,X1,Y1,Z1, in the plane X0,Y0,X1,Y1, in the unit of the points'
+            cand --plane 'Take two of the three coordinates: the points seen along the third axis, whose outline is wanted'
             cand -o 'Where to write, repeatable; the extension decides what: mesh .ply .obj .stl .glb (3D), curve .svg .json .csv .dxf (2D), spline .npz, field .npy .exr .vti, picture .png: the surface with points from the front, obliquely and from above, or the function''s levels with curve and points'
             cand --output 'Where to write, repeatable; the extension decides what: mesh .ply .obj .stl .glb (3D), curve .svg .json .csv .dxf (2D), spline .npz, field .npy .exr .vti, picture .png: the surface with points from the front, obliquely and from above, or the function''s levels with curve and points'
             cand --oriented 'Write the input points with outward normals, confidence and which are outliers (.ply)'
@@ -44,6 +47,7 @@ set edit:completion:arg-completer[zeroset] = {|@words|
             cand --report 'Write the report, repeatable: stages, figures, topology of the result as .json, or as an .html page with pictures, plots and a view of the surface that can be turned'
             cand --resolution 'Cells along the longest side of the points'' bounding box on the finest level, 8 to 1024 [default: from the spacing of the points]'
             cand --smooth 'Smooth away detail below this length, in the unit of the points [default: automatic]'
+            cand --margin 'Room around the points in which the function is defined, at least, in the unit of the points; up to half their longest side [default: a few cells]'
             cand --degree 'Degree of the B-splines, 2 to 5'
             cand --topology 'How inside is told from outside'
             cand --distance 'How the distance on the lattice is computed'

@@ -50,6 +50,13 @@ npy\t''
 las\t''
 laz\t''
 e57\t''"
+complete -c zeroset -n "__fish_zeroset_using_subcommand reconstruct" -l normals -d 'What to do with normals that the points have: nothing, begin with them, or let them decide the sides. Which way is out is found in any case' -r -f -a "ignore\t'As if there were none'
+hint\t'The search begins with them, and ends there if winding numbers agree; wrong ones are put right'
+trust\t'They decide which side of the surface each point is seen from, right or wrong'"
+complete -c zeroset -n "__fish_zeroset_using_subcommand reconstruct" -l box -d 'Take only the points in this box: X0,Y0,Z0,X1,Y1,Z1, in the plane X0,Y0,X1,Y1, in the unit of the points' -r
+complete -c zeroset -n "__fish_zeroset_using_subcommand reconstruct" -l plane -d 'Take two of the three coordinates: the points seen along the third axis, whose outline is wanted' -r -f -a "xy\t'x and y'
+xz\t'x and z'
+yz\t'y and z'"
 complete -c zeroset -n "__fish_zeroset_using_subcommand reconstruct" -s o -l output -d 'Where to write, repeatable; the extension decides what: mesh .ply .obj .stl .glb (3D), curve .svg .json .csv .dxf (2D), spline .npz, field .npy .exr .vti, picture .png: the surface with points from the front, obliquely and from above, or the function\'s levels with curve and points' -r -F
 complete -c zeroset -n "__fish_zeroset_using_subcommand reconstruct" -l oriented -d 'Write the input points with outward normals, confidence and which are outliers (.ply)' -r -F
 complete -c zeroset -n "__fish_zeroset_using_subcommand reconstruct" -l up -d 'The axis that points up in pictures' -r -f -a "y\t'As in most models: seen from the front, z points at the viewer'
@@ -57,6 +64,7 @@ z\t'As in most maps and machines: seen from the front, y points away'"
 complete -c zeroset -n "__fish_zeroset_using_subcommand reconstruct" -l report -d 'Write the report, repeatable: stages, figures, topology of the result as .json, or as an .html page with pictures, plots and a view of the surface that can be turned' -r -F
 complete -c zeroset -n "__fish_zeroset_using_subcommand reconstruct" -l resolution -d 'Cells along the longest side of the points\' bounding box on the finest level, 8 to 1024 [default: from the spacing of the points]' -r
 complete -c zeroset -n "__fish_zeroset_using_subcommand reconstruct" -l smooth -d 'Smooth away detail below this length, in the unit of the points [default: automatic]' -r
+complete -c zeroset -n "__fish_zeroset_using_subcommand reconstruct" -l margin -d 'Room around the points in which the function is defined, at least, in the unit of the points; up to half their longest side [default: a few cells]' -r
 complete -c zeroset -n "__fish_zeroset_using_subcommand reconstruct" -l degree -d 'Degree of the B-splines, 2 to 5' -r
 complete -c zeroset -n "__fish_zeroset_using_subcommand reconstruct" -l topology -d 'How inside is told from outside' -r -f -a "continuation\t'Eigenvector, then continuation in the exponent p'
 paper\t'The paper\'s section 3 as written'"

@@ -1,7 +1,7 @@
 //! A random cloud with random options.
 
 use zeroset::eikonal_sweep::Method;
-use zeroset::{Options, Topology};
+use zeroset::{Normals, Options, Topology};
 
 use crate::random::Random;
 use crate::shapes::{Shape2, Shape3};
@@ -125,6 +125,9 @@ fn options(resolution: Option<usize>, random: &mut Random) -> Options {
         refine: !random.one_in(5),
         // Not what is free at the moment: the same run on every machine.
         memory: Some(if random.one_in(20) { 1 << (20 + random.below(8)) } else { 4 << 30 }),
+        // Unless they are ignored, each point's normal leads from the origin to it.
+        normals: if random.one_in(6) { [Normals::Hint, Normals::Trust][random.below(2)] } else { Normals::Ignore },
+        margin: random.one_in(8).then(|| 0.6 * random.uniform()),
     }
 }
 

@@ -2,7 +2,10 @@
 
 use std::time::Duration;
 
-use zeroset::{Options, Point, ReconstructError, Reconstruction, extract_curve, extract_surface, reconstruct};
+use zeroset::{
+    Normals, Options, Point, ReconstructError, Reconstruction, Watch, extract_curve, extract_surface, reconstruct,
+    reconstruct_with_normals,
+};
 
 use crate::case::{Case, Cloud};
 use crate::half_edges::{Faults, faults_of_loops, faults_of_mesh};
@@ -122,7 +125,11 @@ fn reconstructed<const D: usize>(
 where
     [f64; D]: Point<D>,
 {
-    let mut result = match reconstruct(points, options) {
+    let made = match options.normals {
+        Normals::Ignore => reconstruct(points, options),
+        Normals::Hint | Normals::Trust => reconstruct_with_normals(points, points, options, &Watch::default()),
+    };
+    let mut result = match made {
         Ok(result) => result,
         Err(error) => return refused(&error),
     };

@@ -4,7 +4,7 @@ use std::fs::{self, File};
 use std::io::{ErrorKind, Read};
 use std::path::Path;
 
-use clap::error::{ContextKind, ContextValue};
+use clap::error::{ContextKind, ContextValue, ErrorKind as Usage};
 use strsim::levenshtein as slips;
 use zeroset_io::{POINT_EXTENSIONS, PointFormat, ReadError, extension_among};
 
@@ -42,6 +42,14 @@ pub fn no_points(path: &Path, error: ReadError) -> Failure {
         Some(tip) => Failure::reading(error).with_tip(tip),
         None => Failure::reading(error),
     }
+}
+
+/// A second file of points could not be read: it may have been meant as an output.
+pub fn another_input(path: &Path, failure: Failure) -> Failure {
+    if !is_new_output(path) {
+        return failure;
+    }
+    failure.with_tip(format_args!("if it is to be written, outputs stand behind -o: -o {}", path.display()))
 }
 
 /// What files hold that people try, by their extensions.
@@ -152,7 +160,7 @@ pub fn same_file(a: &Path, b: &Path) -> bool {
 }
 
 /// What is said of a mesh that is given as points.
-pub fn mesh_note(path: &Path, format: Option<PointFormat>, points: usize) -> Option<String> {
+pub fn mesh_note(path: &Path, format: Option<PointFormat>) -> Option<String> {
     let extension = if format.is_some() { return None } else { extension_among(path, POINT_EXTENSIONS).ok()? };
     let is_mesh = match extension {
         "stl" => true,
@@ -166,7 +174,7 @@ pub fn mesh_note(path: &Path, format: Option<PointFormat>, points: usize) -> Opt
     };
     is_mesh.then(|| {
         format!(
-            "note: {} is a mesh: its {points} corners are taken as points, its faces are passed over; of a coarse mesh sample more \
+            "note: {} is a mesh: its corners are taken as points, its faces are passed over; of a coarse mesh sample more \
              points first",
             path.display()
         )
@@ -175,15 +183,26 @@ pub fn mesh_note(path: &Path, format: Option<PointFormat>, points: usize) -> Opt
 
 /// An argument too many is mostly an output without its `-o`.
 pub fn on_usage(mut error: clap::Error) -> clap::Error {
-    let stray = match error.get(ContextKind::InvalidArg) {
-        Some(ContextValue::String(stray)) if !stray.starts_with('-') => stray.clone(),
-        _ => return error,
+    let stray = match (error.kind(), error.get(ContextKind::InvalidArg)) {
+        (Usage::UnknownArgument, Some(ContextValue::String(stray))) if !stray.starts_with('-') => Some(stray.clone()),
+        (Usage::MissingRequiredArgument, _) => last_argument().filter(|last| is_new_output(Path::new(last))),
+        _ => None,
     };
-    if error.kind() == clap::error::ErrorKind::UnknownArgument {
+    if let Some(stray) = stray {
         let tip = format!("outputs stand behind -o: -o {stray}");
         error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![tip.into()]));
     }
     error
+}
+
+/// What the command line ends with, if it is no option.
+fn last_argument() -> Option<String> {
+    std::env::args_os().next_back()?.into_string().ok().filter(|last| !last.starts_with('-'))
+}
+
+/// Whether it could be written, and is not there.
+fn is_new_output(path: &Path) -> bool {
+    !path.exists() && zeroset_io::OutputKind::of(path).is_ok()
 }
 
 #[cfg(test)]

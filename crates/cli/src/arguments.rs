@@ -33,7 +33,8 @@ pub enum Command {
     /// Reconstruct a curve or surface from points, closed or open
     #[command(after_help = "Examples:\n  zeroset reconstruct scan.ply -o surface.ply\n  \
                             zeroset reconstruct outline.xy -o outline.svg -o function.npz --report report.json\n  \
-                            zeroset reconstruct scan.ply -o surface.glb --report report.html")]
+                            zeroset reconstruct scan.ply -o surface.glb --report report.html\n  \
+                            zeroset reconstruct front.ply back.ply --box -1,-1,0,1,1,2 -o surface.ply")]
     Reconstruct(Reconstruct),
     /// Evaluate a saved spline at points: value, gradient, Hessian
     #[command(after_help = "Example:\n  zeroset eval function.npz points.xyz -o values.csv")]
@@ -68,11 +69,28 @@ pub enum Command {
 #[derive(Args)]
 pub struct Reconstruct {
     /// Points: text .xyz .xy .txt .csv .asc .pts (x, y and, in 3D, z first, or columns named in a header line), .ply .obj .stl .npy
-    /// .las .laz .e57; - for standard input
-    pub points: PathBuf,
+    /// .las .laz .e57; - for standard input. Several files are one cloud
+    #[arg(required = true)]
+    pub points: Vec<PathBuf>,
     /// The format of the points, whatever the extension; needed for standard input
     #[arg(long, value_name = "EXTENSION", value_parser = format_parser(), hide_possible_values = true, help_heading = "Input")]
     pub format: Option<PointFormat>,
+    /// What to do with normals that the points have: nothing, begin with them, or let them decide the sides. Which way is out is
+    /// found in any case
+    #[arg(long, value_enum, default_value_t = Normals::Hint, help_heading = "Input")]
+    pub normals: Normals,
+    /// Take only the points in this box: X0,Y0,Z0,X1,Y1,Z1, in the plane X0,Y0,X1,Y1, in the unit of the points
+    #[arg(
+        long = "box",
+        value_name = "CORNERS",
+        value_delimiter = ',',
+        allow_hyphen_values = true,
+        help_heading = "Input"
+    )]
+    pub corners: Vec<f64>,
+    /// Take two of the three coordinates: the points seen along the third axis, whose outline is wanted
+    #[arg(long, value_enum, help_heading = "Input")]
+    pub plane: Option<Plane>,
     /// Where to write, repeatable; the extension decides what: mesh .ply .obj .stl .glb (3D), curve .svg .json .csv .dxf (2D),
     /// spline .npz, field .npy .exr .vti, picture .png: the surface with points from the front, obliquely and from above, or the
     /// function's levels with curve and points
@@ -99,6 +117,10 @@ pub struct Reconstruct {
     /// larger than that stay [default: everything is closed]
     #[arg(long, help_heading = "Fit")]
     pub open: bool,
+    /// Room around the points in which the function is defined, at least, in the unit of the points; up to half their longest side
+    /// [default: a few cells]
+    #[arg(long, value_name = "LENGTH", help_heading = "Fit")]
+    pub margin: Option<f64>,
     /// Degree of the B-splines, 2 to 5
     #[arg(long, value_name = "DEGREE", default_value_t = 3, help_heading = "Fit")]
     pub degree: usize,
@@ -122,6 +144,26 @@ pub struct Reconstruct {
     /// Write the outputs even where no trustworthy surface was found, and end with exit code 0
     #[arg(long, help_heading = "Fit")]
     pub accept_doubt: bool,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+pub enum Normals {
+    /// As if there were none
+    Ignore,
+    /// The search begins with them, and ends there if winding numbers agree; wrong ones are put right
+    Hint,
+    /// They decide which side of the surface each point is seen from, right or wrong
+    Trust,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+pub enum Plane {
+    /// x and y
+    Xy,
+    /// x and z
+    Xz,
+    /// y and z
+    Yz,
 }
 
 #[derive(Clone, Copy, ValueEnum)]

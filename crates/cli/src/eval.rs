@@ -28,7 +28,9 @@ pub fn run(arguments: &Eval, say: &Say) -> Result<(), Failure> {
         }
     };
     if outside > 0 {
-        say.line(format_args!("warning: {outside} points lie outside the function's box, where it has no value (NaN)"));
+        say.line(format_args!(
+            "warning: {outside} of the points lie outside the function's box, where it has no value (NaN)"
+        ));
     }
     say.line(format_args!("wrote {}", arguments.output.display()));
     Ok(())

@@ -8,6 +8,7 @@ use std::process::ExitCode;
 pub struct Failure {
     kind: Kind,
     message: String,
+    tip: Option<String>,
 }
 
 /// What failed; the numbers are the exit codes.
@@ -23,27 +24,27 @@ enum Kind {
 impl Failure {
     /// A fault of the program.
     pub fn internal(error: impl fmt::Display) -> Self {
-        Self { kind: Kind::Internal, message: error.to_string() }
+        Self { kind: Kind::Internal, message: error.to_string(), tip: None }
     }
 
     /// The command was given wrongly.
     pub fn usage(error: impl fmt::Display) -> Self {
-        Self { kind: Kind::Usage, message: error.to_string() }
+        Self { kind: Kind::Usage, message: error.to_string(), tip: None }
     }
 
     /// The input was refused.
     pub fn input(error: impl fmt::Display) -> Self {
-        Self { kind: Kind::Input, message: error.to_string() }
+        Self { kind: Kind::Input, message: error.to_string(), tip: None }
     }
 
     /// There is a result, but not one to rely on.
     pub fn doubt(error: impl fmt::Display) -> Self {
-        Self { kind: Kind::Doubt, message: error.to_string() }
+        Self { kind: Kind::Doubt, message: error.to_string(), tip: None }
     }
 
     /// An output could not be written.
     pub fn output(error: impl fmt::Display) -> Self {
-        Self { kind: Kind::Output, message: error.to_string() }
+        Self { kind: Kind::Output, message: error.to_string(), tip: None }
     }
 
     /// A file could not be read.
@@ -62,9 +63,9 @@ impl Failure {
         }
     }
 
-    /// The same, and what to do next.
+    /// The same, and what to do next in place of any other advice.
     pub fn with_tip(self, tip: impl fmt::Display) -> Self {
-        Self { message: format!("{}\n  tip: {tip}", self.message), ..self }
+        Self { tip: Some(tip.to_string()), ..self }
     }
 
     /// The process' exit code.
@@ -75,6 +76,7 @@ impl Failure {
 
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}", self.message)
+        write!(f, "{}", self.message)?;
+        self.tip.iter().try_for_each(|tip| write!(f, "\n  tip: {tip}"))
     }
 }

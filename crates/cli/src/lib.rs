@@ -14,6 +14,7 @@ mod eval;
 mod failure;
 mod field;
 mod info;
+mod input;
 mod interrupt;
 mod lattice;
 mod manual;
@@ -46,11 +47,7 @@ pub fn command() -> clap::Command {
 pub fn main() -> ExitCode {
     let arguments = Arguments::try_parse().unwrap_or_else(|error| advice::on_usage(error).exit());
     let say = Say::new(arguments.quiet);
-    let level = match (arguments.quiet, say.has_bar()) {
-        (true, _) => tracing::Level::ERROR,
-        (_, true) => tracing::Level::WARN,
-        _ => tracing::Level::INFO,
-    };
+    let level = if arguments.quiet { tracing::Level::ERROR } else { tracing::Level::WARN };
     tracing_subscriber::fmt()
         .with_max_level(level)
         .with_writer(std::io::stderr)

@@ -31,11 +31,6 @@ impl Say {
         Self { quiet, bar, cancel: CancelToken::new() }
     }
 
-    /// Whether there is a bar: then stages are told of by it.
-    pub fn has_bar(&self) -> bool {
-        self.bar.is_some()
-    }
-
     /// Cancelled by Ctrl-C.
     pub fn cancel(&self) -> &CancelToken {
         &self.cancel
@@ -70,27 +65,30 @@ impl Say {
         }
     }
 
-    /// Runs a stage of the program's own.
+    /// Runs a stage of the program's own, of which only a bar tells.
     ///
     /// # Errors
     /// Those of the work, or that it was interrupted.
     pub fn stage<T>(&self, name: &'static str, work: impl FnOnce() -> Result<T, Failure>) -> Result<T, Failure> {
-        self.watched(|watch| watch.stage(name, work).map_err(Failure::internal)?)
+        let told = |progress| self.bar.iter().for_each(|_| self.progress(progress));
+        self.watched_by(&told, |watch| watch.stage(name, work).map_err(Failure::internal)?)
     }
 
     /// Has `work` tell its progress here, and end where the user wishes it.
     pub fn watched<T>(&self, work: impl FnOnce(&Watch) -> T) -> T {
-        let told = |progress| self.progress(progress);
-        work(&Watch { cancel: self.cancel.clone(), progress: Some(&told) })
+        self.watched_by(&|progress| self.progress(progress), work)
+    }
+
+    fn watched_by<T>(&self, told: &dyn Fn(Progress), work: impl FnOnce(&Watch) -> T) -> T {
+        work(&Watch { cancel: self.cancel.clone(), progress: Some(told) })
     }
 
     fn progress(&self, progress: Progress) {
-        let Some(bar) = &self.bar else { return };
-        match progress {
-            Progress::Started { stage } => bar.set_message(stage),
-            Progress::Finished { stage, seconds } => {
-                bar.inc(1);
-                self.above_the_bar(format_args!("  {stage:<14} {seconds:.2} s"));
+        match (progress, &self.bar) {
+            (Progress::Started { stage }, Some(bar)) => bar.set_message(stage),
+            (Progress::Finished { stage, seconds }, bar) => {
+                bar.iter().for_each(|bar| bar.inc(1));
+                self.line(format_args!("  {stage:<14} {seconds:.2} s"));
             }
             _ => {}
         }

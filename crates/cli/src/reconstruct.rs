@@ -3,15 +3,15 @@
 use std::path::{Path, PathBuf};
 
 use zeroset::{ReconstructError, Reconstruction, extract_curve, extract_surface};
-use zeroset_io::{OutputKind, Points};
+use zeroset_io::{OutputKind, PointSet, Points};
 
 use crate::advice;
-use crate::arguments::{Distance, Reconstruct, Topology};
+use crate::arguments::{Distance, Normals, Reconstruct, Topology};
 use crate::carried::Carried;
 use crate::failure::Failure;
+use crate::input;
 use crate::interrupt;
 use crate::picture::{Levels, PREVIEW, surface_views, three_views, write_surface};
-use crate::points;
 use crate::progress::Say;
 use crate::report::{Pictures, write_reports};
 use crate::spline_file::to_file;
@@ -24,7 +24,7 @@ pub fn run(arguments: &Reconstruct, say: &Say) -> Result<(), Failure> {
     }
     // Reading, topology, distance, sign, initial shape, extraction, writing, and mostly refinement.
     say.begin(7 + u64::from(!arguments.no_refine));
-    let points = say.stage("reading", || points::read(&arguments.points, arguments.format))?;
+    let points = say.stage("reading", || input::points(arguments))?;
     for (path, kind) in &kinds {
         let (problem, tip) = match (points.dimension(), kind) {
             (zeroset_io::Dimension::Two, OutputKind::Mesh) => (
@@ -33,29 +33,37 @@ pub fn run(arguments: &Reconstruct, say: &Say) -> Result<(), Failure> {
             ),
             (zeroset_io::Dimension::Three, OutputKind::Curve) => (
                 "a curve, but the points have three columns",
-                "for a surface write .ply, .obj, .stl or .glb; points in the plane have two columns",
+                "for a surface write .ply, .obj, .stl or .glb; for a curve take two of the columns, as with --plane xy",
             ),
             _ => continue,
         };
         return Err(Failure::usage(format!("{} would be {problem}", path.display())).with_tip(tip));
     }
     let options = options(arguments);
-    say.line(format_args!("{}: {} points", arguments.points.display(), points.len()));
-    if let Some(note) = advice::mesh_note(&arguments.points, arguments.format, points.len()) {
-        say.line(note);
+    let normals = match (points.has_normals(), arguments.normals) {
+        (false, _) => "",
+        (true, Normals::Ignore) => ", whose normals are ignored",
+        (true, Normals::Hint) => ", whose normals are a hint (--normals)",
+        (true, Normals::Trust) => ", whose normals are trusted",
+    };
+    say.line(format_args!("{}: {} points{normals}", input::names(arguments), points.len()));
+    for path in &arguments.points {
+        if let Some(note) = advice::mesh_note(path, arguments.format) {
+            say.line(note);
+        }
     }
     match points {
         Points::Two(set) => {
-            let mut result = reconstruct(arguments, &set.points, &options, say)?;
+            let mut result = reconstruct(arguments, &set, &options, say)?;
             let failed = |error| refused(arguments, error);
-            let (curves, topology) = say.stage("extraction", || extract_curve(&mut result).map_err(failed))?;
+            let (curves, topology) = extracted(say, || extract_curve(&mut result).map_err(failed))?;
             let levels = || {
                 let (origin, spline) = result.in_data_units().map_err(Failure::internal)?;
                 Levels::of(&spline, &origin, &set.points, 0.0)
             };
             let pictures = || Ok(Pictures::Plane { svg: levels()?.svg(PREVIEW)? });
             let report = || write_reports(arguments, &set.points, &result.report, pictures);
-            trusted(arguments, &result, report)?;
+            trusted(arguments, &result, report, say)?;
             say.line(describe_curve(&topology));
             let write = |path: &Path, kind| match kind {
                 OutputKind::Curve => write_curves(path, &curves, &set.points),
@@ -65,15 +73,15 @@ pub fn run(arguments: &Reconstruct, say: &Say) -> Result<(), Failure> {
             finish(arguments, &kinds, &result, write, report, say)
         }
         Points::Three(set) => {
-            let mut result = reconstruct(arguments, &set.points, &options, say)?;
+            let mut result = reconstruct(arguments, &set, &options, say)?;
             let failed = |error| refused(arguments, error);
-            let (mesh, topology) = say.stage("extraction", || extract_surface(&mut result).map_err(failed))?;
+            let (mesh, topology) = extracted(say, || extract_surface(&mut result).map_err(failed))?;
             let pictures = || {
                 let views = surface_views(&mesh, &set.points, arguments.up.into())?;
                 Ok(Pictures::Space { views, mesh: &mesh, points: &set.points })
             };
             let report = || write_reports(arguments, &set.points, &result.report, pictures);
-            trusted(arguments, &result, report)?;
+            trusted(arguments, &result, report, say)?;
             say.line(describe_surface(&mesh, &topology));
             let carried = Carried::new(&set, &mesh.vertices);
             let write = |path: &Path, kind| match kind {
@@ -90,21 +98,30 @@ pub fn run(arguments: &Reconstruct, say: &Say) -> Result<(), Failure> {
 
 fn reconstruct<const D: usize>(
     arguments: &Reconstruct,
-    points: &[[f64; D]],
+    set: &PointSet<D>,
     options: &zeroset::Options,
     say: &Say,
 ) -> Result<Reconstruction<D>, Failure>
 where
     [f64; D]: zeroset::Point<D>,
 {
-    say.watched(|watch| zeroset::reconstruct_watched(points, options, watch)).map_err(|error| refused(arguments, error))
+    say.watched(|watch| match &set.normals {
+        Some(normals) => zeroset::reconstruct_with_normals(&set.points, normals, options, watch),
+        None => zeroset::reconstruct_watched(&set.points, options, watch),
+    })
+    .map_err(|error| refused(arguments, error))
+}
+
+/// The last stage of the road, told of like those before it.
+fn extracted<T>(say: &Say, work: impl FnOnce() -> Result<T, Failure>) -> Result<T, Failure> {
+    say.watched(|watch| watch.stage("extraction", work).map_err(Failure::internal)?)
 }
 
 /// Everything about the outputs that can be refused before the work begins: extensions and folders.
 fn check_outputs(arguments: &Reconstruct) -> Result<Vec<(PathBuf, OutputKind)>, Failure> {
     let mut kinds = Vec::new();
     for path in &arguments.output {
-        let kind = OutputKind::of(path).map_err(|error| advice::no_output(&arguments.points, path, error))?;
+        let kind = OutputKind::of(path).map_err(|error| advice::no_output(&arguments.points[0], path, error))?;
         kinds.push((path.clone(), kind));
     }
     if let Some(path) = &arguments.oriented {
@@ -126,7 +143,7 @@ fn check_outputs(arguments: &Reconstruct) -> Result<Vec<(PathBuf, OutputKind)>, 
         if path.is_dir() {
             return Err(Failure::output(format!("{} is a folder: give a file name", path.display())));
         }
-        if advice::same_file(path, &arguments.points) {
+        if arguments.points.iter().any(|points| advice::same_file(path, points)) {
             let problem = format!("{} would be written over the points themselves", path.display());
             return Err(Failure::usage(problem).with_tip("give the output another name"));
         }
@@ -145,7 +162,13 @@ fn options(arguments: &Reconstruct) -> zeroset::Options {
             Topology::Continuation => zeroset::Topology::Continuation,
             Topology::Paper => zeroset::Topology::Paper,
         },
+        normals: match arguments.normals {
+            Normals::Ignore => zeroset::Normals::Ignore,
+            Normals::Hint => zeroset::Normals::Hint,
+            Normals::Trust => zeroset::Normals::Trust,
+        },
         smoothing: arguments.smooth,
+        margin: arguments.margin,
         distance: match arguments.distance {
             Distance::ClosestPoint => Method::ClosestPoint,
             Distance::Godunov => Method::Godunov,
@@ -160,9 +183,9 @@ fn options(arguments: &Reconstruct) -> zeroset::Options {
 fn refused(arguments: &Reconstruct, error: ReconstructError) -> Failure {
     match error {
         error if error.is_option() => Failure::usage(error),
-        error if error.is_input() => Failure::input(format!("{}: {error}", arguments.points.display())),
-        error if error.is_doubt() => Failure::doubt(format!("{}: {error}", arguments.points.display())),
-        error => Failure::internal(format!("{}: {error}", arguments.points.display())),
+        error if error.is_input() => Failure::input(format!("{}: {error}", input::names(arguments))),
+        error if error.is_doubt() => Failure::doubt(format!("{}: {error}", input::names(arguments))),
+        error => Failure::internal(format!("{}: {error}", input::names(arguments))),
     }
 }
 
@@ -185,15 +208,21 @@ fn trusted<const D: usize>(
     arguments: &Reconstruct,
     result: &Reconstruction<D>,
     report: impl FnOnce() -> Result<(), Failure>,
+    say: &Say,
 ) -> Result<(), Failure> {
     match &result.report.doubt {
         Some(doubt) if !arguments.accept_doubt => {
+            warn(result, say);
             report()?;
-            let file = arguments.points.display();
+            let file = input::names(arguments);
             Err(Failure::doubt(format!("{file}: {doubt}; --accept-doubt writes the result as it is")))
         }
         _ => Ok(()),
     }
+}
+
+fn warn<const D: usize>(result: &Reconstruction<D>, say: &Say) {
+    result.report.warnings.iter().for_each(|warning| say.line(format_args!("warning: {warning}")));
 }
 
 /// Writes everything, and says so.
@@ -217,9 +246,15 @@ fn finish<const D: usize>(
         }
         report()
     })?;
-    for warning in result.report.warnings.iter().chain(&result.report.doubt) {
-        say.line(format_args!("warning: {warning}"));
+    let input = &result.report.input;
+    if input.outliers > 0 {
+        let (few, all) = (input.outliers, input.points);
+        say.line(format_args!(
+            "{few} of {all} points lie on no surface with others, and were left out (--oriented names them)"
+        ));
     }
+    warn(result, say);
+    result.report.doubt.iter().for_each(|doubt| say.line(format_args!("warning: {doubt}")));
     let seconds: f64 = result.report.stages.iter().map(|stage| stage.seconds).sum();
     say.line(format_args!("done in {seconds:.1} s"));
     for path in kinds.iter().map(|(path, _)| path).chain(&arguments.oriented).chain(&arguments.report) {

@@ -1,7 +1,5 @@
 //! Reports of a reconstruction: `.json`, and pages.
 
-use std::path::Path;
-
 use clap::ValueEnum;
 use serde::Serialize;
 use zeroset::isosurface::TriMesh;
@@ -9,13 +7,14 @@ use zeroset_report_page::{Drawing, Page, Setting, Surface};
 
 use crate::arguments::{Reconstruct, UpAxis};
 use crate::failure::Failure;
+use crate::input;
 use crate::picture::PREVIEW;
 
 /// The report as it is written: the file, then what the library says.
 #[derive(Serialize)]
 struct RunReport<'a> {
     zeroset: &'static str,
-    file: &'a Path,
+    file: &'a str,
     #[serde(flatten)]
     report: &'a zeroset::Report,
 }
@@ -40,7 +39,7 @@ pub fn write_reports<'a, const D: usize>(
             let html = page(arguments, points, report, &pictures()?);
             zeroset_io::write_page(path, &html).map_err(Failure::writing)?;
         } else {
-            let report = RunReport { zeroset: env!("CARGO_PKG_VERSION"), file: &arguments.points, report };
+            let report = RunReport { zeroset: env!("CARGO_PKG_VERSION"), file: &input::names(arguments), report };
             zeroset_io::write_report(path, &report).map_err(Failure::writing)?;
         }
     }
@@ -75,7 +74,7 @@ fn page<const D: usize>(
     };
     Page {
         program: concat!("zeroset ", env!("CARGO_PKG_VERSION")),
-        file: &arguments.points.display().to_string(),
+        file: &input::names(arguments),
         report,
         sides: &sides,
         settings: &settings(arguments),
@@ -102,6 +101,10 @@ fn settings(arguments: &Reconstruct) -> Vec<Setting<'static>> {
     vec![
         given("--resolution", arguments.resolution.map(|n| format!("{n} cells")), "from the spacing of the points"),
         given("--smooth", arguments.smooth.map(|length| length.to_string()), "automatic"),
+        given("--margin", arguments.margin.map(|length| length.to_string()), "a few cells"),
+        standard("--normals", name_of(arguments.normals), "hint"),
+        given("--plane", arguments.plane.map(name_of), "none"),
+        given("--box", (!arguments.corners.is_empty()).then(|| numbers(&arguments.corners)), "all points"),
         flag("--open", arguments.open),
         standard("--degree", arguments.degree.to_string(), "3"),
         standard("--topology", name_of(arguments.topology), "continuation"),
@@ -110,6 +113,10 @@ fn settings(arguments: &Reconstruct) -> Vec<Setting<'static>> {
         flag("--accept-doubt", arguments.accept_doubt),
         given("--memory", arguments.memory.map(|bytes| format!("{} MiB", bytes >> 20)), "70 % of what is free"),
     ]
+}
+
+fn numbers(numbers: &[f64]) -> String {
+    numbers.iter().map(f64::to_string).collect::<Vec<_>>().join(",")
 }
 
 /// As it is written on the command line.

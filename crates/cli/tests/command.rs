@@ -414,3 +414,77 @@ fn an_open_outline_is_a_path() {
     let (loops, paths) = (curves["curves"].as_array().unwrap(), curves["paths"].as_array().unwrap());
     assert_eq!((loops.len(), paths.len()), (0, 1));
 }
+
+/// Four hundred points on an ellipse with half axes 3 and 2, some way off the origin, with inward normals.
+fn ellipse() -> Vec<[f64; 4]> {
+    (0..400)
+        .map(|i| (f64::from(i) / 400.0 * std::f64::consts::TAU).sin_cos())
+        .map(|(s, c)| [5.0 + 3.0 * c, 2.0 * s - 4.0, -2.0 * c, -3.0 * s])
+        .collect()
+}
+
+/// Runs `reconstruct` in a folder; what it says, and the curve.
+fn curve(folder: &Path, arguments: &str) -> (String, Vec<u8>) {
+    let run =
+        zeroset().current_dir(folder).arg("reconstruct").args(arguments.split(' ')).args(["-o", "out.csv"]).assert();
+    let run = run.success();
+    (String::from_utf8(run.get_output().stderr.clone()).unwrap(), fs::read(folder.join("out.csv")).unwrap())
+}
+
+#[test]
+fn normals_of_the_points_are_a_hint_or_the_law() {
+    let folder = TempDir::new().unwrap();
+    let write = |name: &str, half: bool| {
+        let turn = |i: usize| if half && i < 200 { -1.0 } else { 1.0 };
+        let line = |(i, [x, y, nx, ny]): (usize, [f64; 4])| format!("{x},{y},{},{}\n", turn(i) * nx, turn(i) * ny);
+        let lines: String = ellipse().into_iter().enumerate().map(line).collect();
+        fs::write(folder.path().join(name), format!("x,y,nx,ny\n{lines}")).unwrap();
+    };
+    write("right.csv", false);
+    write("half.csv", true);
+    let (said, bare) = curve(folder.path(), "right.csv --normals ignore");
+    assert!(said.contains("400 points, whose normals are ignored\n"), "{said}");
+    let (said, hinted) = curve(folder.path(), "right.csv");
+    assert!(said.contains("400 points, whose normals are a hint (--normals)\n"), "{said}");
+    assert!(said.contains("1 part and 0 holes") && hinted.len().abs_diff(bare.len()) < bare.len() / 10, "{said}");
+    // A hint that is half wrong is put right, and changes nothing but bits.
+    assert!(curve(folder.path(), "half.csv").0.contains("1 part and 0 holes"));
+    assert!(curve(folder.path(), "right.csv --normals trust").0.contains("1 part and 0 holes"));
+    // As the law it is seen to contradict the sides.
+    let law = ["reconstruct", "half.csv", "--normals", "trust", "-o", "out.svg"];
+    zeroset().current_dir(folder.path()).args(law).assert().code(4);
+}
+
+#[test]
+fn several_files_a_box_a_plane_and_a_margin() {
+    let folder = TempDir::new().unwrap();
+    let write = |name: &str, lines: String| fs::write(folder.path().join(name), lines).unwrap();
+    let points = ellipse();
+    let rows = |points: &[[f64; 4]]| points.iter().map(|[x, y, ..]| format!("{x} {y}\n")).collect::<String>();
+    write("whole.xy", rows(&points));
+    write("first.xy", rows(&points[..150]));
+    write("rest.xy", rows(&points[150..]));
+    let (_, whole) = curve(folder.path(), "whole.xy");
+    let (said, parts) = curve(folder.path(), "first.xy rest.xy");
+    assert!(said.contains("first.xy, rest.xy: 400 points\n"), "{said}");
+    assert_eq!(parts, whole);
+    // What lies outside the box is not there, and heights are of no matter in the plane.
+    write(
+        "more.xyz",
+        points.iter().map(|[x, y, z, _]| format!("{x} {y} {z}\n")).collect::<String>() + "50 50 0\n60 60 0\n",
+    );
+    let (said, part) = curve(folder.path(), "more.xyz --plane xy --box -1,-9,9,9");
+    assert!(said.contains("400 points\n"), "{said}");
+    assert_eq!(part, whole);
+    // With room around them the function reaches farther.
+    let reach = |arguments: &[&str]| {
+        let run = |arguments: &[&str]| zeroset().current_dir(folder.path()).args(arguments).assert().success();
+        run(&[&["reconstruct", "whole.xy", "-o", "function.npz"], arguments].concat());
+        let told = run(&["info", "function.npz"]);
+        let text = String::from_utf8(told.get_output().stdout.clone()).unwrap();
+        let x = text.lines().find(|line| line.starts_with("x: ")).unwrap().to_owned();
+        x.split(' ').filter_map(|word| word.parse::<f64>().ok()).collect::<Vec<_>>()
+    };
+    let (near, far) = (reach(&[]), reach(&["--margin", "2.5"]));
+    assert!(near[0] > 1.0 && near[1] < 9.0 && far[0] <= -0.5 && far[1] >= 10.5, "{near:?} {far:?}");
+}

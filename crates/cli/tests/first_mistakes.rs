@@ -113,7 +113,7 @@ fn a_mesh_is_taken_for_its_corners() {
     let text = said(folder.path(), "reconstruct mesh.ply -o out.ply", 3);
     assert!(
         text.starts_with(
-            "mesh.ply: 4 points\nnote: mesh.ply is a mesh: its 4 corners are taken as points, its faces are passed over; of a coarse \
+            "mesh.ply: 4 points\nnote: mesh.ply is a mesh: its corners are taken as points, its faces are passed over; of a coarse \
              mesh sample more points first\n"
         ),
         "{text}"
@@ -146,8 +146,18 @@ fn arguments_in_the_wrong_order() {
         (
             "reconstruct outline.xy out.svg",
             2,
-            "error: unexpected argument 'out.svg' found\n\n  tip: outputs stand behind -o: -o out.svg\n\nUsage: zeroset reconstruct \
-             [OPTIONS] <POINTS>\n\nFor more information, try '--help'.\n",
+            "error: the following required arguments were not provided:\n  --output <FILE>\n\n  tip: outputs stand behind -o: -o \
+             out.svg\n\nUsage: zeroset reconstruct --output <FILE> <POINTS>...\n\nFor more information, try '--help'.\n",
+        ),
+        (
+            "reconstruct outline.xy out.svg -o function.npz",
+            2,
+            "error: out.svg: unknown extension .svg; known: KNOWN\n  tip: if it is to be written, outputs stand behind -o: -o out.svg\n",
+        ),
+        (
+            "eval function.npz outline.xy values.csv",
+            2,
+            "error: unexpected argument 'values.csv' found\n\n  tip: outputs stand behind -o: -o values.csv\n\nUsage: zeroset eval [OPTIONS] --output <FILE> <SPLINE> <POINTS>\n\nFor more information, try '--help'.\n",
         ),
         (
             "reconstruct out.svg -o outline.xy",
@@ -164,7 +174,47 @@ fn arguments_in_the_wrong_order() {
             "reconstruct scan.ply -o out.ply --resoluton 20",
             2,
             "error: unexpected argument '--resoluton' found\n\n  tip: a similar argument exists: '--resolution'\n\nUsage: zeroset \
-             reconstruct --output <FILE> --resolution <CELLS> <POINTS>\n\nFor more information, try '--help'.\n",
+             reconstruct --output <FILE> --resolution <CELLS> <POINTS>...\n\nFor more information, try '--help'.\n",
+        ),
+    ] {
+        assert_eq!(said(folder.path(), command, code), expected.replace("KNOWN", KNOWN), "{command}");
+    }
+}
+
+#[test]
+fn parts_that_are_none() {
+    let folder = folder();
+    for (command, code, expected) in [
+        (
+            "reconstruct scan.ply outline.xy -o out.ply",
+            3,
+            "error: scan.ply and outline.xy cannot be one cloud: one has two columns, the other three\n  tip: reconstruct them one by one, or give all the same number of coordinates\n",
+        ),
+        ("reconstruct - - --format xyz -o out.ply", 2, "error: standard input can be read once only: give - once\n"),
+        (
+            "reconstruct scan.ply --box 0,0,1,1 -o out.ply",
+            2,
+            "error: --box has 4 numbers: points with 3 coordinates need 6, X0,Y0,Z0,X1,Y1,Z1\n",
+        ),
+        (
+            "reconstruct scan.ply --box 1,-1,-1,0,1,1 -o out.ply",
+            2,
+            "error: --box is empty: it goes from x = 1 to 0\n  tip: first the corner with the smaller coordinates, then the other\n",
+        ),
+        (
+            "reconstruct outline.xy --box 2,2,3,3 -o out.svg",
+            3,
+            "error: outline.xy: no point lies in --box\n  tip: the points reach over -1 to 1, -1 to 1\n",
+        ),
+        (
+            "reconstruct outline.xy --margin 7 -o out.svg",
+            2,
+            "outline.xy: 60 points\nerror: a margin of 7 is not possible: the longest side of the points is 2, and half of it is the most\n",
+        ),
+        (
+            "reconstruct scan.ply --plane xy -o out.ply",
+            2,
+            "error: out.ply would be a mesh, but the points have two columns\n  tip: for a curve write .svg, .json, .csv or .dxf; for a surface every row needs x, y and z\n",
         ),
     ] {
         assert_eq!(said(folder.path(), command, code), expected, "{command}");
@@ -182,7 +232,7 @@ fn two_columns_where_three_were_meant() {
     assert_eq!(
         said(folder.path(), "reconstruct scan.ply -o out.svg", 2),
         "error: out.svg would be a curve, but the points have three columns\n  tip: for a surface write .ply, .obj, .stl or .glb; \
-         points in the plane have two columns\n"
+         for a curve take two of the columns, as with --plane xy\n"
     );
 }
 

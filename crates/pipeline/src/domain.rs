@@ -21,8 +21,14 @@ impl<const D: usize> Domain<D> {
     /// `cells` cells of the coarsest lattice along the longest side. The counts are even, for solvers that want a lattice
     /// that is coarser still: [`Domain::bottom`].
     pub fn around(sides: &[f64; D], cells: usize) -> Self {
+        Self::with_margin(sides, cells, 0.0)
+    }
+
+    /// As [`Domain::around`], with at least a `margin` in frame units between the points and the faces of the box.
+    pub fn with_margin(sides: &[f64; D], cells: usize, margin: f64) -> Self {
         let spacing = 1.0 / cells as f64;
-        let cells = sides.map(|side| 2 * (0.5 * side / spacing + MARGIN).ceil() as usize);
+        let margin = MARGIN.max(margin / spacing);
+        let cells = sides.map(|side| 2 * (0.5 * side / spacing + margin).ceil() as usize);
         Self { lower: cells.map(|count| -0.5 * spacing * count as f64), cells, spacing }
     }
 
@@ -106,6 +112,9 @@ pub(crate) mod tests {
         assert!(domain.lower[0] <= -0.5 - 1.5 / 16.0 && domain.lower[1] <= -0.2 - 1.5 / 16.0);
         let (coarse, fine) = (domain.knots(3, 0).unwrap(), domain.knots(3, 2).unwrap());
         assert_eq!(coarse[0].halved().halved(), fine[0]);
+        let wide = Domain::with_margin(&[1.0, 0.4], 16, 0.5);
+        assert_eq!(wide.cells, [32, 24]);
+        assert_eq!(Domain::with_margin(&[1.0, 0.4], 16, 0.01), domain);
         assert_eq!(domain.bottom(3).unwrap()[1].halved(), coarse[1]);
         assert_eq!(domain.nodes(1)[1].len(), 21);
         assert_eq!(fine[1].domain().1, *domain.nodes(2)[1].last().unwrap());

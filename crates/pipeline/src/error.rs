@@ -32,6 +32,20 @@ pub enum InputError {
         /// Index of the point.
         index: usize,
     },
+    /// Not one normal per point.
+    #[error("{found} normals were given for {needed} points: give one per point, or none")]
+    Normals {
+        /// Normals given.
+        found: usize,
+        /// Points given.
+        needed: usize,
+    },
+    /// A component of a normal is NaN or infinite.
+    #[error("the normal of point {index} (counting from 0) is not finite: mend the export, or do without normals")]
+    NormalNotFinite {
+        /// Index of the point.
+        index: usize,
+    },
     /// No extent, or one that f64 cannot scale to 1.
     #[error(
         "all {count} points are equal, or their extent is beyond what f64 can scale to 1: there is no shape to fit"

@@ -12,6 +12,7 @@ use crate::reconstruct::Reconstruction;
 use crate::report::{ExtractionReport, StageFigures, StageReport};
 use crate::spacing::{Spacing, distances_to};
 use crate::support::{Nearest, Support};
+use crate::trust::shape_name;
 
 /// Lattices coarser than this are halved once more for extraction: chords over a cell would show.
 const FINE_ENOUGH: usize = 96;
@@ -84,7 +85,9 @@ pub fn extract_surface(reconstruction: &mut Reconstruction<3>) -> Result<(TriMes
         topology,
     };
     let speck = SPECK * reconstruction.report.input.spacing.powi(2);
-    let specks = mesh.component_areas().into_iter().filter(|area| *area < speck).count();
+    let areas = mesh.component_areas();
+    // Where all are as small the shape is, of few points.
+    let specks = areas.iter().filter(|area| **area < speck).count() % areas.len().max(1);
     if specks > 0 {
         reconstruction.report.warnings.push(format!(
             "{specks} of {} components are specks, no larger than a few points' share: they come from points off the \
@@ -320,13 +323,13 @@ fn finish<const D: usize>(
     }
     if open && uncovered > UNCOVERED_TOLERATED {
         report.doubt.get_or_insert(format!(
-            "no trustworthy open surface was found: {:.0} % of the points are away from it; try --smooth with a length above \
+            "no trustworthy open {} was found: {:.0} % of the points are away from it; try --smooth with a length above \
              the noise, or a denser or cleaner scan",
+            shape_name(D),
             100.0 * uncovered
         ));
     }
     let seconds = start.elapsed().as_secs_f64();
-    tracing::info!(stage = "extraction", seconds, "done");
     let figures = StageFigures::Extraction(ExtractionReport { found, unsupported: closes.stray, uncovered, zero_set });
     report.stages.push(StageReport { seconds, figures });
 }

@@ -50,6 +50,7 @@ mod error;
 mod extraction;
 mod far_off;
 mod frame;
+mod known_normals;
 mod memory;
 mod noise;
 mod one_sided;
@@ -76,9 +77,11 @@ pub use error::{InputError, ReconstructError};
 pub use extraction::{Figures, extract_curve, extract_surface};
 pub use frame::Frame;
 pub use memory::{MemoryReport, extraction_need, memory_limit};
-pub use options::{Options, Topology};
+pub use options::{Normals, Options, Topology};
 pub use point::Point;
-pub use reconstruct::{OrientedPoint, Reconstruction, coarse_cells, reconstruct, reconstruct_watched};
+pub use reconstruct::{
+    OrientedPoint, Reconstruction, coarse_cells, reconstruct, reconstruct_watched, reconstruct_with_normals,
+};
 pub use report::{
     DistanceReport, ExtractionReport, FrameReport, InputReport, REPORT_VERSION, Report, StageFigures, StageReport,
     TrustReport,

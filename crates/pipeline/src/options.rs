@@ -14,9 +14,14 @@ pub struct Options {
     pub degree: usize,
     /// How inside is told from outside.
     pub topology: Topology,
+    /// What normals are good for, where the points have some: [`reconstruct_with_normals`](crate::reconstruct_with_normals).
+    pub normals: Normals,
     /// Smoothing length ℓ of the final fit, in the data's unit: detail smaller than this is smoothed away. `None`: the
     /// iteration stops by itself.
     pub smoothing: Option<f64>,
+    /// Room around the points in which the function is defined, at least, in the data's unit; up to half the longest side of their
+    /// bounding box. `None`: one and a half of the coarsest cells.
+    pub margin: Option<f64>,
     /// How the distance of section 4 is computed.
     pub distance: Method,
     /// Whether the curve or surface ends where its points do. If not it is closed: over holes, and over the open side of a
@@ -35,7 +40,9 @@ impl Default for Options {
             resolution: None,
             degree: 3,
             topology: Topology::default(),
+            normals: Normals::default(),
             smoothing: None,
+            margin: None,
             distance: Method::default(),
             open: false,
             refine: true,
@@ -44,13 +51,26 @@ impl Default for Options {
     }
 }
 
+/// What normals of the points are good for. Which way is out they never say: their common sign is found like that of any other
+/// orientation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Normals {
+    /// For nothing.
+    Ignore,
+    /// The search for the sides begins with them, and ends there if winding numbers agree; what is wrong among them is put right.
+    #[default]
+    Hint,
+    /// They decide the sides, right or wrong. Winding numbers still say how far to trust the result.
+    Trust,
+}
+
 /// How inside is told from outside.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Topology {
     /// The generalized eigenvector for θ = 1, made robust by continuation in the exponent p.
     #[default]
     Continuation,
-    /// Section 3 of the paper as written: generalized eigenvectors with θ-reweighting alone.
+    /// Section 3 of the paper as written: generalized eigenvectors with θ-reweighting alone. Normals of the points are ignored.
     Paper,
 }
 
@@ -70,6 +90,24 @@ impl Options {
                 "a smoothing length of {length} is not possible: it must be positive"
             )));
         }
+        if let Some(margin) = self.margin.filter(|margin| !(margin.is_finite() && *margin >= 0.0)) {
+            return Err(ReconstructError::Option(format!(
+                "a margin of {margin} is not possible: it must not be negative"
+            )));
+        }
         Ok(())
+    }
+
+    /// The margin in the frame, whose longest side is 1.
+    pub(crate) fn margin_in_frame(&self, scale: f64) -> Result<f64, ReconstructError> {
+        let margin = self.margin.unwrap_or(0.0) * scale;
+        if margin > 0.5 {
+            return Err(ReconstructError::Option(format!(
+                "a margin of {} is not possible: the longest side of the points is {}, and half of it is the most",
+                self.margin.unwrap_or(0.0),
+                1.0 / scale
+            )));
+        }
+        Ok(margin)
     }
 }

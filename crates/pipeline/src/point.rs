@@ -16,20 +16,35 @@ pub trait Point<const D: usize>: Reconstruct<D> {}
 
 /// The road from such points to f*. Not exported: nobody else implements [`Point`].
 pub trait Reconstruct<const D: usize>: Sized {
-    fn reconstruct(points: &[Self], options: &Options, watch: &Watch) -> Result<Reconstruction<D>, ReconstructError>;
+    fn reconstruct(
+        points: &[Self],
+        normals: Option<&[Self]>,
+        options: &Options,
+        watch: &Watch,
+    ) -> Result<Reconstruction<D>, ReconstructError>;
 }
 
 impl Point<2> for [f64; 2] {}
 impl Point<3> for [f64; 3] {}
 
 impl Reconstruct<2> for [f64; 2] {
-    fn reconstruct(points: &[Self], options: &Options, watch: &Watch) -> Result<Reconstruction<2>, ReconstructError> {
-        road(points, options, watch)
+    fn reconstruct(
+        points: &[Self],
+        normals: Option<&[Self]>,
+        options: &Options,
+        watch: &Watch,
+    ) -> Result<Reconstruction<2>, ReconstructError> {
+        road(points, normals, options, watch)
     }
 }
 
 impl Reconstruct<3> for [f64; 3] {
-    fn reconstruct(points: &[Self], options: &Options, watch: &Watch) -> Result<Reconstruction<3>, ReconstructError> {
-        road(points, options, watch)
+    fn reconstruct(
+        points: &[Self],
+        normals: Option<&[Self]>,
+        options: &Options,
+        watch: &Watch,
+    ) -> Result<Reconstruction<3>, ReconstructError> {
+        road(points, normals, options, watch)
     }
 }

@@ -3,10 +3,9 @@
 use std::time::Instant;
 
 use serde::Serialize;
-use tracing::info;
 use zeroset_bspline::{Derivatives, HierarchicalSpline, Spline};
 use zeroset_eikonal_sweep::{self as eikonal_sweep, Lattice};
-use zeroset_gefm as gefm;
+use zeroset_gefm::{self as gefm, KnownNormals};
 use zeroset_lsq_init as lsq_init;
 use zeroset_watch::{CancelToken, Watch};
 
@@ -16,10 +15,11 @@ use crate::domain::Domain;
 use crate::error::ReconstructError;
 use crate::far_off::far_off;
 use crate::frame::{Frame, finite, not_flat};
+use crate::known_normals::Known;
 use crate::memory::{self, Counts};
 use crate::noise::standard_deviation;
 use crate::one_sided::turning;
-use crate::options::{Options, Topology};
+use crate::options::{Normals, Options, Topology};
 use crate::point::{Point, Reconstruct};
 use crate::refinement::{self, Refinement};
 use crate::report::{DistanceReport, FrameReport, InputReport, REPORT_VERSION, Report, StageFigures, StageReport};
@@ -27,7 +27,7 @@ use crate::sign::synthesize;
 use crate::sign_field::sign_field;
 use crate::spacing::Spacing;
 use crate::thinning::thinned;
-use crate::trust;
+use crate::trust::{self, shape_name};
 use crate::volume::fill_volume;
 
 /// What a reconstruction leaves: the function, the points that it belongs to, and the report.
@@ -62,6 +62,10 @@ const DEEP_NOISE: f64 = 0.75;
 const CLEAN: f64 = 0.1;
 /// and the smoothing length from which refinement starts then is at most so many spacings.
 const CLEAN_RATIO: f64 = 0.4;
+/// Isolated points are looked for so often, each time among those that are left.
+const ROUNDS: usize = 4;
+/// If a larger share of the points are isolated, they are the shape.
+const MOST_ISOLATED: f64 = 0.25;
 /// The finest lattice of the topology stage, in halvings of the coarsest.
 pub(crate) const FINEST_RUNG: u32 = 2;
 /// Below this share of zero-set edges with data nearby, a warning is given.
@@ -107,29 +111,48 @@ pub fn reconstruct_watched<const D: usize>(
 where
     [f64; D]: Point<D>,
 {
-    Reconstruct::reconstruct(points, options, watch)
+    Reconstruct::reconstruct(points, None, options, watch)
+}
+
+/// As [`reconstruct_watched`], for points that have normals, `N × D` of any length, zero where one is not known; what they are
+/// used for [`Options::normals`] says.
+///
+/// # Errors
+/// As [`reconstruct_watched`], not one normal per point, or one that is not finite.
+pub fn reconstruct_with_normals<const D: usize>(
+    points: &[[f64; D]],
+    normals: &[[f64; D]],
+    options: &Options,
+    watch: &Watch,
+) -> Result<Reconstruction<D>, ReconstructError>
+where
+    [f64; D]: Point<D>,
+{
+    Reconstruct::reconstruct(points, Some(normals), options, watch)
 }
 
 /// See [`reconstruct_watched`].
 pub(crate) fn road<const D: usize>(
     points: &[[f64; D]],
+    normals: Option<&[[f64; D]]>,
     options: &Options,
     watch: &Watch,
 ) -> Result<Reconstruction<D>, ReconstructError> {
     options.check()?;
     finite(points)?;
+    let known = normals.map(|normals| Known::new(points, normals)).transpose()?;
     let far = far_off(points);
     let near = far.as_ref().map(|far| kept(points, far));
     let near = near.as_deref().unwrap_or(points);
     let (frame, distinct) = Frame::of(near)?;
     let spacing = Spacing::of(&distinct);
-    let mut outliers = isolated(&distinct, &spacing);
-    let (heard, spacing) = without(&distinct, &outliers, spacing);
+    let (mut outliers, heard, spacing) = isolated(&distinct, spacing);
     if heard.len() < distinct.len() {
         // The frame has seen that all of them are not.
         not_flat(&heard)?;
     }
-    let Lattices { domain, halvings, levels } = lattices(&frame, &spacing, options);
+    let margin = options.margin_in_frame(frame.scale)?;
+    let Lattices { domain, halvings, levels } = lattices(&frame, &spacing, margin, options);
     let band = match options.refine && options.degree == 3 {
         true => Some(refinement::band(&heard, &spacing, &domain, halvings, levels)?),
         false => None,
@@ -142,9 +165,10 @@ pub(crate) fn road<const D: usize>(
 
     let few = thinned(&heard, spacing.typical).map(|few| (Spacing::of(&few), few));
     let (few_spacing, few) = few.as_ref().map_or((&spacing, &heard), |(spacing, few)| (spacing, few));
-    let (f_hat, calibration, ratio) = road
-        .stage(if options.topology == Topology::Paper { "topology" } else { "ladder" }, || {
-            topology(few, few_spacing, &domain, halvings, options, &watch.cancel)
+    let (f_hat, calibration, ratio) =
+        road.stage(if options.topology == Topology::Paper { "topology" } else { "ladder" }, || {
+            let normals = || known.map(|known| known.of(few, &frame));
+            topology(few, few_spacing, normals, &domain, halvings, options, &watch.cancel)
         })?;
 
     let noise = standard_deviation(&f_hat, &heard);
@@ -213,21 +237,22 @@ pub(crate) fn road<const D: usize>(
     };
 
     let trust = trust::judge(&spline, (&fitted, &fitted_spacing), few, few_spacing, &domain.knots(options.degree, 0)?)?;
-    let (warning, mut doubt) = trust::verdict(&trust, options.open);
+    let (warning, mut doubt) = trust::verdict::<D>(&trust, options.open);
     if doubt.is_none() && fill_volume(&fitted) {
-        doubt = Some(
-            "no trustworthy surface was found: the points fill a volume rather than lie on a surface; remove the points inside, or \
-             try --smooth with a length above the noise"
-                .into(),
-        );
+        let (shape, body) = (shape_name(D), if D == 2 { "an area" } else { "a volume" });
+        doubt = Some(format!(
+            "no trustworthy {shape} was found: the points fill {body} rather than lie on a {shape}; remove the points inside, or try \
+             --smooth with a length above the noise"
+        ));
     }
     if doubt.is_none() && options.open {
         let gradients = spline.evaluate(&fitted, Derivatives::Gradient).gradients;
         let share = turning(&fitted, &gradients, &fitted_spacing.local);
         if share > ONE_SIDED {
             doubt = Some(format!(
-                "no trustworthy open surface was found: at {:.1} % of the points its two sides meet; it may have one side only, as \
+                "no trustworthy open {} was found: at {:.1} % of the points its two sides meet; it may have one side only, as \
                  a Möbius band, or walls closer than its points: try a denser scan, or parts of it",
+                shape_name(D),
                 100.0 * share
             ));
         }
@@ -249,10 +274,6 @@ pub(crate) fn road<const D: usize>(
             points.len() - near.len()
         ));
     }
-    if fitted.len() < distinct.len() {
-        info!(outliers = distinct.len() - fitted.len(), "points on no surface with others were left out");
-    }
-
     let report = Report {
         version: REPORT_VERSION,
         input: InputReport {
@@ -360,9 +381,7 @@ impl Road<'_> {
         let start = Instant::now();
         let (result, figures) = self.watch.stage(name, work)??;
         debug_assert_eq!(name, figures.name());
-        let seconds = start.elapsed().as_secs_f64();
-        info!(stage = figures.name(), seconds, "done");
-        self.stages.push(StageReport { seconds, figures });
+        self.stages.push(StageReport { seconds: start.elapsed().as_secs_f64(), figures });
         Ok(result)
     }
 }
@@ -389,11 +408,25 @@ fn kept<const D: usize>(points: &[[f64; D]], off: &[bool]) -> Vec<[f64; D]> {
     points.iter().zip(off).filter(|(_, off)| !**off).map(|(point, _)| *point).collect()
 }
 
-/// Which points lie on no surface with others; none, if these are so many that they must be the shape.
-fn isolated<const D: usize>(points: &[[f64; D]], spacing: &Spacing) -> Vec<bool> {
-    let isolated = spacing.isolated(points);
-    let count = isolated.iter().filter(|isolated| **isolated).count();
-    if count * 10 > points.len() { vec![false; points.len()] } else { isolated }
+/// Which points lie on no surface with others (none, if these are so many that they must be the shape), the other points, and
+/// their spacing.
+fn isolated<const D: usize>(points: &[[f64; D]], spacing: Spacing) -> (Vec<bool>, Vec<[f64; D]>, Spacing) {
+    let mut isolated = vec![false; points.len()];
+    let (mut rest, mut rest_spacing) = (points.to_vec(), spacing.clone());
+    // Among many strays some look like a surface together, until the others are gone.
+    for _ in 0..ROUNDS {
+        let found = rest_spacing.isolated(&rest);
+        if !found.contains(&true) {
+            break;
+        }
+        isolated.iter_mut().filter(|isolated| !**isolated).zip(&found).for_each(|(isolated, found)| *isolated = *found);
+        let count = isolated.iter().filter(|isolated| **isolated).count();
+        if count as f64 > MOST_ISOLATED * points.len() as f64 {
+            return (vec![false; points.len()], points.to_vec(), spacing);
+        }
+        (rest, rest_spacing) = without(&rest, &found, rest_spacing);
+    }
+    (isolated, rest, rest_spacing)
 }
 
 /// The box, the halvings from its coarsest lattice to that of the initial shape, and how many levels above that are wanted
@@ -404,7 +437,7 @@ struct Lattices<const D: usize> {
     levels: Option<u32>,
 }
 
-fn lattices<const D: usize>(frame: &Frame<D>, spacing: &Spacing, options: &Options) -> Lattices<D> {
+fn lattices<const D: usize>(frame: &Frame<D>, spacing: &Spacing, margin: f64, options: &Options) -> Lattices<D> {
     let coarse = coarse_cells::<D>(spacing);
     // On one dense lattice no finer than 64 cells in 3D, for its cost grows with the cube.
     let most = if D == 2 { 4 } else { 2 };
@@ -413,11 +446,11 @@ fn lattices<const D: usize>(frame: &Frame<D>, spacing: &Spacing, options: &Optio
             // As many halvings as leave a coarse lattice that topology can be decided on.
             let all = (cells / coarse).max(1).ilog2();
             let halvings = if options.degree == 3 { all.min(most) } else { all };
-            let domain = Domain::around(&frame.sides, cells.div_ceil(1 << all));
+            let domain = Domain::with_margin(&frame.sides, cells.div_ceil(1 << all), margin);
             Lattices { domain, halvings, levels: Some(all - halvings) }
         }
         None => {
-            let domain = Domain::around(&frame.sides, coarse);
+            let domain = Domain::with_margin(&frame.sides, coarse, margin);
             // Cells of about the spacing, in 3D of a third of it, where sparse points leave gaps.
             let finer = if D == 2 { 0.0 } else { 1.5 };
             let halvings =
@@ -430,6 +463,7 @@ fn lattices<const D: usize>(frame: &Frame<D>, spacing: &Spacing, options: &Optio
 fn topology<const D: usize>(
     points: &[[f64; D]],
     spacing: &Spacing,
+    normals: impl FnOnce() -> Option<Vec<[f64; D]>>,
     domain: &Domain<D>,
     halvings: u32,
     options: &Options,
@@ -437,8 +471,14 @@ fn topology<const D: usize>(
 ) -> Result<((Spline<D>, f64, f64), StageFigures), ReconstructError> {
     match options.topology {
         Topology::Continuation => {
+            let normals = match options.normals {
+                Normals::Ignore => None,
+                Normals::Hint => normals().map(KnownNormals::Hint),
+                Normals::Trust => normals().map(KnownNormals::Trust),
+            };
             let settings = gefm::LadderOptions {
                 last: 1 + halvings.min(FINEST_RUNG),
+                normals: normals.unwrap_or_default(),
                 cancel: cancel.clone(),
                 ..gefm::LadderOptions::new(spacing.typical, spacing.density)
             };
@@ -515,6 +555,30 @@ mod tests {
     use zeroset_watch::Progress;
 
     use super::*;
+
+    #[test]
+    fn strays_are_isolated_whatever_their_number() {
+        let golden = |i: usize, step: f64| (i as f64 * step).fract();
+        let sphere = (0..4000).map(|i| {
+            let (z, angle) =
+                (2.0 * (i as f64 + 0.5) / 4000.0 - 1.0, std::f64::consts::TAU * golden(i, 0.618_033_988_749_895));
+            let ring = (1.0 - z * z).sqrt();
+            [ring * angle.cos(), ring * angle.sin(), z]
+        });
+        for strays in [40, 160, 800] {
+            // Quasi-random in a box half as large again (Roberts' sequence), but four spacings and more off the surface.
+            let stray = |i| [0.819_172_513, 0.671_043_607, 0.549_700_478].map(|step| 3.0 * golden(i, step) - 1.5);
+            let spacing = (4.0 * std::f64::consts::PI / 4000.0).sqrt();
+            let is_off = |p: &[f64; 3]| (p.iter().map(|x| x * x).sum::<f64>().sqrt() - 1.0).abs() > 4.0 * spacing;
+            let points: Vec<[f64; 3]> = sphere.clone().chain((0..).map(stray).filter(is_off).take(strays)).collect();
+            let (found, rest, _) = isolated(&points, Spacing::of(&points));
+            assert!(
+                !found[..4000].contains(&true) && rest.len() <= 4000 + strays / 50,
+                "{strays}: {} left",
+                rest.len() - 4000
+            );
+        }
+    }
 
     #[test]
     fn every_stage_is_told_of_and_can_be_called_off() {

@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 
 use ndarray::ArrayD;
-use tracing::info;
+use tracing::debug;
 use zeroset_bspline::{CellBand, Derivatives, HierarchicalSpline, Spline, levels_for_spacing};
 use zeroset_trust_region as trust_region;
 use zeroset_watch::CancelToken;
@@ -145,7 +145,7 @@ impl<const D: usize> Refinement<'_, D> {
             if changes.is_empty() && dropped.is_empty() {
                 break;
             }
-            info!(
+            debug!(
                 places = changes.len(),
                 points = dropped.len(),
                 "refinement has changed the topology, and is done again with these places held and without these points"

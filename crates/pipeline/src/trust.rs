@@ -57,16 +57,22 @@ fn misfit<const D: usize>(at: &Evaluation<D>, spacing: &Spacing) -> f64 {
     off as f64 / distances.len() as f64
 }
 
+/// What the zero set is called.
+pub(crate) const fn shape_name(dimension: usize) -> &'static str {
+    if dimension == 2 { "curve" } else { "surface" }
+}
+
 /// The warning, if there is some doubt, or the doubt, if there is no trust. Of an `open` surface winding numbers say nothing:
 /// it has no inside.
-pub fn verdict(trust: &TrustReport, open: bool) -> (Option<String>, Option<String>) {
+pub fn verdict<const D: usize>(trust: &TrustReport, open: bool) -> (Option<String>, Option<String>) {
     let (score, unsure) = (trust.judgement.score, 100.0 * trust.unsure);
     let advice =
         "try --smooth with a length above the noise but below half the thinnest wall, or a denser or cleaner scan";
     if score > NO_TRUST && !open {
         let doubt = format!(
-            "no trustworthy closed surface was found: winding numbers contradict the sides of the points (score \
-             {score:.2}, {unsure:.0} % of the points unsure); {advice}"
+            "no trustworthy closed {} was found: winding numbers contradict the sides of the points (score {score:.2}, \
+             {unsure:.0} % of the points unsure); if it is meant to end where they do, say --open; otherwise {advice}",
+            shape_name(D)
         );
         return (None, Some(doubt));
     }

@@ -207,7 +207,7 @@ fn a_volume_in_place_of_a_surface() {
     }
     let lattice = (0..144).map(|i| [f64::from(i % 12), f64::from(i / 12)]).collect();
     let answer = curve(lattice, false).unwrap();
-    assert!(answer.doubts("fill a volume"), "{:?}", answer.report);
+    assert!(answer.doubts("fill an area"), "{:?}", answer.report);
 }
 
 #[test]
