@@ -43,6 +43,7 @@
 //! `zeroset-io`).
 
 mod anchor;
+mod calibration;
 mod crossings;
 mod denoising;
 mod domain;

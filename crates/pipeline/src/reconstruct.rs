@@ -9,6 +9,7 @@ use zeroset_gefm::{self as gefm, KnownNormals};
 use zeroset_lsq_init as lsq_init;
 use zeroset_watch::{CancelToken, Watch};
 
+use crate::calibration::calibrated;
 use crate::crossings::{crossings, gaps, off_the_surface};
 use crate::denoising::denoised;
 use crate::domain::Domain;
@@ -33,7 +34,7 @@ use crate::volume::fill_volume;
 /// What a reconstruction leaves: the function, the points that it belongs to, and the report.
 #[derive(Debug, Clone)]
 pub struct Reconstruction<const D: usize> {
-    /// f in the frame: negative inside, its gradient of length 1 on average at the points.
+    /// f in the frame: negative inside, and away from the points the distance from its zero set in the median.
     pub spline: HierarchicalSpline<D>,
     /// How the frame and the data are related.
     pub frame: Frame<D>,
@@ -236,6 +237,8 @@ pub(crate) fn road<const D: usize>(
         (HierarchicalSpline::new(initial)?, None)
     };
 
+    let spline = calibrated(spline, &domain, halvings, &distance, fitted_spacing.typical)?;
+
     let trust = trust::judge(&spline, (&fitted, &fitted_spacing), few, few_spacing, &domain.knots(options.degree, 0)?)?;
     let (warning, mut doubt) = trust::verdict::<D>(&trust, options.open);
     if doubt.is_none() && fill_volume(&fitted) {
@@ -335,15 +338,18 @@ impl<const D: usize> Reconstruction<D> {
             None => self.spline.evaluate(&self.points, Derivatives::Gradient),
         };
         let cell = self.domain.spacing(self.halvings);
+        let length = |g: &[f64; D]| g.iter().map(|g| g * g).sum::<f64>().sqrt();
+        let usual = evaluation.gradients.iter().map(length).sum::<f64>() / self.points.len().max(1) as f64;
         self.points
             .iter()
             .zip(&self.outliers)
             .zip(evaluation.values.iter().zip(&evaluation.gradients))
             .map(|((point, outlier), (value, gradient))| {
-                let norm = gradient.iter().map(|g| g * g).sum::<f64>().sqrt();
+                let norm = length(gradient);
                 let direction = gradient.map(|g| if norm > 0.0 { g / norm } else { 0.0 });
-                // The mean length of the gradient is 1; a residual of a cell leaves no confidence.
-                let confidence = norm.min(1.0) * (1.0 - (value / norm.max(f64::MIN_POSITIVE) / cell).abs()).max(0.0);
+                // A residual of a cell leaves no confidence.
+                let confidence = (norm / usual.max(f64::MIN_POSITIVE)).min(1.0)
+                    * (1.0 - (value / norm.max(f64::MIN_POSITIVE) / cell).abs()).max(0.0);
                 OrientedPoint { position: self.frame.to_data(point), normal: direction, confidence, outlier: *outlier }
             })
             .collect()

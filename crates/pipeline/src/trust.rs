@@ -41,7 +41,7 @@ pub fn judge<const D: usize>(
     Ok(TrustReport { judgement, unsure, misfit: misfit(&at, own), flat: flat(&at) })
 }
 
-/// Share of the points at which f is flat: the gradient of a distance has length 1, and averages 1 here.
+/// Share of the points at which f is flat: the gradient of a distance has the same length everywhere.
 fn flat<const D: usize>(at: &Evaluation<D>) -> f64 {
     let norms: Vec<f64> = at.gradients.iter().map(|g| g.iter().map(|g| g * g).sum::<f64>().sqrt()).collect();
     let mean = norms.iter().sum::<f64>() / norms.len() as f64;
