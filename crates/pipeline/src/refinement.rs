@@ -16,8 +16,9 @@ use crate::spacing::Spacing;
 use crate::strays::strays;
 use crate::topology_changes::topology_changes;
 
-/// Cells on the finest level, in spacings of the points there. (Finer ones bring less than they cost.)
-const FINEST_CELL: f64 = 0.75;
+/// Cells on the finest level, in spacings of the points there. (Finer ones bring less than they cost; with three quarters Chamfer
+/// distances of clean data were 3 to 5 % larger.)
+const FINEST_CELL: f64 = 0.6;
 /// Levels above the dense lattice at most.
 const MOST_LEVELS: u8 = 6;
 /// Cells on each side of those that hold points which a level reaches.
@@ -113,7 +114,8 @@ pub fn band<const D: usize>(
         Some(levels) => (levels as u8, cell / f64::from(1u32 << levels) / spacing.typical),
         None => (MOST_LEVELS, FINEST_CELL),
     };
-    let sides: Vec<f64> = spacing.local.iter().map(|s| share * s).collect();
+    // Smoothed: else levels follow chance where samples are random, and bands get holes.
+    let sides: Vec<f64> = spacing.smoothed(points).iter().map(|s| share * s).collect();
     let mut levels = levels_for_spacing(cell, &sides, finest);
     let finest = worthwhile(&levels);
     levels.iter_mut().for_each(|level| *level = (*level).min(finest));

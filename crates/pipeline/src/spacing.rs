@@ -48,6 +48,23 @@ impl Spacing {
         Self { local, typical, density: typical.powi(1 - D as i32), areas }
     }
 
+    /// The mean of the local spacing over each point's nearest neighbours, in the unit of the points: a single one errs by a fifth and
+    /// more where samples are random.
+    pub fn smoothed<const D: usize>(&self, points: &[[f64; D]]) -> Vec<f64> {
+        let tree = ImmutableKdTree::<f64, D>::new_from_slice(points).expect("points are distinct and finite");
+        self.smoothed_in(&tree, points)
+    }
+
+    /// As [`Spacing::smoothed`], with a tree of the points.
+    pub(crate) fn smoothed_in<const D: usize>(&self, tree: &ImmutableKdTree<f64, D>, points: &[[f64; D]]) -> Vec<f64> {
+        let wanted = NonZero::new(SMOOTH.min(points.len())).expect("there are points");
+        let mean = |point| {
+            let nearest = tree.query(point).nearest_n::<SquaredEuclidean<f64>>(wanted).execute();
+            nearest.iter().map(|n| self.local[n.item as usize]).sum::<f64>() / nearest.len() as f64
+        };
+        points.par_iter().map(mean).collect()
+    }
+
     /// Which points are on no curve or surface with others: much farther from their neighbours than usual, and either
     /// much farther than those are from theirs, or spread with them over a volume rather than along a surface.
     pub fn isolated<const D: usize>(&self, points: &[[f64; D]]) -> Vec<bool> {
@@ -73,6 +90,8 @@ impl Spacing {
     }
 }
 
+/// Over so many neighbours a point's spacing is averaged.
+const SMOOTH: usize = 24;
 /// How many neighbours tell whether a point is isolated.
 const VICINITY: usize = 12;
 /// How many times the usual distance is far.

@@ -19,8 +19,6 @@ const WIDTH: f64 = 1.5;
 const FARTHEST: f64 = 1.5;
 /// Samples that have a say: on a surface they reach to 2.1 σ in its midst, and to 3 σ at its boundary.
 const AROUND: usize = 32;
-/// Over so many neighbours a sample's spacing is averaged, for a boundary without steps: a single one errs by a third.
-const SMOOTH: usize = 24;
 /// Connected parts that are supported by no more than so many samples' share are specks,
 const SPECK: f64 = 12.0;
 /// and such holes are closed.
@@ -50,14 +48,8 @@ impl<'a, const D: usize> Support<'a, D> {
     /// The points must be distinct and finite, and at least two.
     pub fn new(points: &'a [[f64; D]], spacing: &Spacing) -> Self {
         let tree = ImmutableKdTree::new_from_slice(points).expect("points are distinct and finite");
-        let wanted = NonZero::new(SMOOTH.min(points.len())).expect("there are points");
-        let local = points
-            .par_iter()
-            .map(|point| {
-                let nearest = tree.query(point).nearest_n::<SquaredEuclidean<f64>>(wanted).execute();
-                nearest.iter().map(|n| spacing.local[n.item as usize]).sum::<f64>() / nearest.len() as f64
-            })
-            .collect();
+        // Smoothed, for a boundary without steps.
+        let local = spacing.smoothed_in(&tree, points);
         Self { points, tree, local, typical: spacing.typical }
     }
 
