@@ -236,6 +236,23 @@ def splines_by_scipy(_):
         yield f"{name}.npz: {len(queries)} values, {int(saved.get('levels', 0))} levels"
 
 
+@check("trimesh", "rtree")
+def distances_by_trimesh(trimesh, _):
+    mesh = trimesh.load(OUT / "ring.ply", process=False)
+    low, high = mesh.bounds
+    # In the box and beyond it (Roberts' sequence).
+    steps = np.array([0.8191725134, 0.6710436067, 0.5497004779])
+    queries = low + (high - low) * (1.5 * ((0.5 + np.outer(np.arange(1000), steps)) % 1) - 0.25)
+    np.save(OUT / "queries.npy", queries)
+    zeroset("eval", OUT / "ring.npz", OUT / "queries.npy", "--distance", "-o", OUT / "distances.npy")
+    found = np.load(OUT / "distances.npy")[:, -1]
+    # Theirs is positive inside.
+    expected = -trimesh.proximity.signed_distance(mesh, queries)
+    cell = json.loads((OUT / "ring.json").read_text())["frame"]["cell"]
+    close(found, expected, cell, "distances")
+    yield f"ring.npz: {len(queries)} signed distances, largest difference {np.abs(found - expected).max() / cell:.2g} cells"
+
+
 def curves(name):
     found = json.loads((OUT / f"{name}_curves.json").read_text())
     return np.concatenate([np.array(curve) for curve in found["curves"] + found.get("paths", [])])

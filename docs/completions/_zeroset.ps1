@@ -69,9 +69,11 @@ Register-ArgumentCompleter -Native -CommandName 'zeroset' -ScriptBlock {
         }
         'zeroset;eval' {
             [CompletionResult]::new('--format', '--format', [CompletionResultType]::ParameterName, 'The format of the points, whatever the extension; needed for standard input')
+            [CompletionResult]::new('--memory', '--memory', [CompletionResultType]::ParameterName, 'Memory to use at most for that: bytes, or with K, M, G or T (powers of 1024) [default: 70 % of what is free]')
             [CompletionResult]::new('-o', '-o', [CompletionResultType]::ParameterName, 'Where to write: .csv or .npy, one row per point')
             [CompletionResult]::new('--output', '--output', [CompletionResultType]::ParameterName, 'Where to write: .csv or .npy, one row per point')
             [CompletionResult]::new('--threads', '--threads', [CompletionResultType]::ParameterName, 'Number of threads; the result does not depend on it [default: all cores]')
+            [CompletionResult]::new('--distance', '--distance', [CompletionResultType]::ParameterName, 'Add the signed distance from the curve or surface, in the unit of the points: right at any distance, and outside the function''s box too. It takes the time of an extraction')
             [CompletionResult]::new('-q', '-q', [CompletionResultType]::ParameterName, 'Print nothing but errors')
             [CompletionResult]::new('--quiet', '--quiet', [CompletionResultType]::ParameterName, 'Print nothing but errors')
             [CompletionResult]::new('-h', '-h', [CompletionResultType]::ParameterName, 'Print help')

@@ -113,7 +113,7 @@ _zeroset() {
             return 0
             ;;
         zeroset__subcmd__eval)
-            opts="-o -q -h --format --output --quiet --threads --help"
+            opts="-o -q -h --format --distance --memory --output --quiet --threads --help"
             if [[ ${cur} == -* || ${COMP_CWORD} -eq 2 ]] ; then
                 COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
                 return 0
@@ -121,6 +121,10 @@ _zeroset() {
             case "${prev}" in
                 --format)
                     COMPREPLY=($(compgen -W "ply xyz xy txt csv asc pts obj stl npy las laz e57" -- "${cur}"))
+                    return 0
+                    ;;
+                --memory)
+                    COMPREPLY=($(compgen -f "${cur}"))
                     return 0
                     ;;
                 --output)

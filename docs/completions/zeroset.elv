@@ -64,9 +64,11 @@ set edit:completion:arg-completer[zeroset] = {|@words|
         }
         &'zeroset;eval'= {
             cand --format 'The format of the points, whatever the extension; needed for standard input'
+            cand --memory 'Memory to use at most for that: bytes, or with K, M, G or T (powers of 1024) [default: 70 % of what is free]'
             cand -o 'Where to write: .csv or .npy, one row per point'
             cand --output 'Where to write: .csv or .npy, one row per point'
             cand --threads 'Number of threads; the result does not depend on it [default: all cores]'
+            cand --distance 'Add the signed distance from the curve or surface, in the unit of the points: right at any distance, and outside the function''s box too. It takes the time of an extraction'
             cand -q 'Print nothing but errors'
             cand --quiet 'Print nothing but errors'
             cand -h 'Print help'

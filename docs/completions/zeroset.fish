@@ -92,8 +92,10 @@ npy\t''
 las\t''
 laz\t''
 e57\t''"
+complete -c zeroset -n "__fish_zeroset_using_subcommand eval" -l memory -d 'Memory to use at most for that: bytes, or with K, M, G or T (powers of 1024) [default: 70 % of what is free]' -r
 complete -c zeroset -n "__fish_zeroset_using_subcommand eval" -s o -l output -d 'Where to write: .csv or .npy, one row per point' -r -F
 complete -c zeroset -n "__fish_zeroset_using_subcommand eval" -l threads -d 'Number of threads; the result does not depend on it [default: all cores]' -r
+complete -c zeroset -n "__fish_zeroset_using_subcommand eval" -l distance -d 'Add the signed distance from the curve or surface, in the unit of the points: right at any distance, and outside the function\'s box too. It takes the time of an extraction'
 complete -c zeroset -n "__fish_zeroset_using_subcommand eval" -s q -l quiet -d 'Print nothing but errors'
 complete -c zeroset -n "__fish_zeroset_using_subcommand eval" -s h -l help -d 'Print help'
 complete -c zeroset -n "__fish_zeroset_using_subcommand mesh" -s o -l output -d 'Where to write, repeatable: mesh .ply .obj .stl .glb (3D), curve .svg .json .csv .dxf (2D)' -r -F

@@ -193,6 +193,13 @@ pub struct Eval {
     /// The format of the points, whatever the extension; needed for standard input
     #[arg(long, value_name = "EXTENSION", value_parser = format_parser(), hide_possible_values = true)]
     pub format: Option<PointFormat>,
+    /// Add the signed distance from the curve or surface, in the unit of the points: right at any distance, and outside the
+    /// function's box too. It takes the time of an extraction
+    #[arg(long)]
+    pub distance: bool,
+    /// Memory to use at most for that: bytes, or with K, M, G or T (powers of 1024) [default: 70 % of what is free]
+    #[arg(long, value_name = "SIZE", value_parser = parse_memory, requires = "distance")]
+    pub memory: Option<u64>,
     /// Where to write: .csv or .npy, one row per point
     #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,

@@ -4,6 +4,9 @@ use zeroset::bspline::HierarchicalSpline;
 
 use crate::failure::Failure;
 
+/// Zero sets are extracted on at least so many cells along the longest side of the box: chords over larger ones would show.
+pub const FINE_ENOUGH: usize = 96;
+
 /// More nodes than this take more than 8 GiB.
 const MOST_NODES: f64 = (1u64 << 30) as f64;
 

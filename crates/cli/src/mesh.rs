@@ -10,13 +10,10 @@ use crate::advice;
 use crate::arguments::Mesh;
 use crate::carried::Carried;
 use crate::failure::Failure;
-use crate::lattice;
+use crate::lattice::{self, FINE_ENOUGH};
 use crate::progress::Say;
 use crate::spline_file::to_spline;
 use crate::zero_set::{describe_curve, describe_surface, write_curves, write_mesh};
-
-/// Chords over cells larger than this part of the box would show.
-const FINE_ENOUGH: usize = 96;
 
 pub fn run(arguments: &Mesh, say: &Say) -> Result<(), Failure> {
     for path in &arguments.output {

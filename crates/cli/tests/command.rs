@@ -91,6 +91,17 @@ fn a_saved_spline_is_evaluated_where_it_was_fitted() {
         // On the curve f vanishes up to the fit's residual, and the gradient points outward.
         assert!(row[2].abs() < 1e-3 && row[3] * row[0] + row[4] * row[1] > 0.9, "{line}");
     }
+    // Distances are right far away, and outside the function's box too.
+    let (far, distances) = (folder.path().join("far.xy"), folder.path().join("distances.csv"));
+    fs::write(&far, "5 0\n0.5 0\n3 -4\n").unwrap();
+    zeroset().args(["-q", "eval", "--distance"]).arg(&spline).arg(&far).arg("-o").arg(&distances).assert().success();
+    let text = fs::read_to_string(&distances).unwrap();
+    assert_eq!(text.lines().next().unwrap(), "x,y,f,fx,fy,fxx,fxy,fyy,distance");
+    for (line, expected) in text.lines().skip(1).zip([4.0, -0.5, 4.0]) {
+        let found: f64 = line.rsplit(',').next().unwrap().parse().unwrap();
+        // As close as the curve is to the circle.
+        assert!((found - expected).abs() < 1e-3, "{line}");
+    }
     let mut archive = NpzReader::new(fs::File::open(&spline).unwrap()).unwrap();
     let coefficients: ArrayD<f64> = archive.by_name::<OwnedRepr<f64>, IxDyn>("coefficients").unwrap();
     let knots: ArrayD<f64> = archive.by_name::<OwnedRepr<f64>, IxDyn>("knots_x").unwrap();

@@ -21,10 +21,12 @@ pub struct EvaluationTable<'a, const D: usize> {
     pub gradients: &'a [[f64; D]],
     /// The symmetric Hessian of f, `N × D × D`; empty where it was not asked for.
     pub hessians: &'a [[[f64; D]; D]],
+    /// The signed distance from `f = 0`, `N`, data units; empty where it was not asked for.
+    pub distances: &'a [f64],
 }
 
 impl<const D: usize> EvaluationTable<'_, D> {
-    /// The names of the columns: `x y [z] f`, then `fx fy [fz]`, then `fxx fxy [fxz] fyy [fyz fzz]`.
+    /// The names of the columns: `x y [z] f`, then `fx fy [fz]`, then `fxx fxy [fxz] fyy [fyz fzz]`, then `distance`.
     pub fn columns(&self) -> Vec<String> {
         const AXES: [&str; 3] = ["x", "y", "z"];
         let axes = &AXES[..D];
@@ -36,6 +38,9 @@ impl<const D: usize> EvaluationTable<'_, D> {
         if !self.hessians.is_empty() {
             names.extend((0..D).flat_map(|a| (a..D).map(move |b| format!("f{}{}", AXES[a], AXES[b]))));
         }
+        if !self.distances.is_empty() {
+            names.push("distance".into());
+        }
         names
     }
 
@@ -45,6 +50,7 @@ impl<const D: usize> EvaluationTable<'_, D> {
             ("values", self.values.len(), true),
             ("gradients", self.gradients.len(), false),
             ("Hessians", self.hessians.len(), false),
+            ("distances", self.distances.len(), false),
         ]
         .into_iter()
         .find(|(_, count, needed)| *count != n && (*needed || *count != 0))
@@ -59,6 +65,7 @@ impl<const D: usize> EvaluationTable<'_, D> {
         if let Some(hessian) = self.hessians.get(i) {
             row.extend((0..D).flat_map(|a| hessian[a][a..].iter()));
         }
+        row.extend(self.distances.get(i));
     }
 }
 

@@ -53,7 +53,7 @@ proptest! {
         for name in ["a.ply", "a.obj", "a.csv"] {
             let path = folder.path().join(name);
             if name == "a.csv" {
-                let table = EvaluationTable { points: &points, values: &values, gradients: &[], hessians: &[] };
+                let table = EvaluationTable { points: &points, values: &values, gradients: &[], hessians: &[], distances: &[] };
                 write_table(&path, &table).unwrap();
             } else {
                 write_mesh(&path, &TriMesh { vertices: &points, normals: &[], triangles: &[], ..Default::default() }).unwrap();
@@ -288,12 +288,13 @@ fn tables_name_their_columns() {
         values: &[4.0],
         gradients: &[[5.0, 6.0, 7.0]],
         hessians: &[[[8.0, 9.0, 10.0], [9.0, 11.0, 12.0], [10.0, 12.0, f64::NAN]]],
+        distances: &[-13.0],
     };
     let path = folder.path().join("table.csv");
     write_table(&path, &table).unwrap();
     assert_eq!(
         std::fs::read_to_string(&path).unwrap(),
-        "x,y,z,f,fx,fy,fz,fxx,fxy,fxz,fyy,fyz,fzz\n1.0,2.0,3.0,4.0,5.0,6.0,7.0,8.0,9.0,10.0,11.0,12.0,NaN\n"
+        "x,y,z,f,fx,fy,fz,fxx,fxy,fxz,fyy,fyz,fzz,distance\n1.0,2.0,3.0,4.0,5.0,6.0,7.0,8.0,9.0,10.0,11.0,12.0,NaN,-13.0\n"
     );
     // The points of a table can be read again.
     assert_eq!(space(&path).points, [[1.0, 2.0, 3.0]]);

@@ -64,6 +64,7 @@ mod report;
 mod samples_around;
 mod sign;
 mod sign_field;
+mod signed_distance;
 mod spacing;
 mod strays;
 mod support;
@@ -90,6 +91,7 @@ pub use report::{
 pub use samples_around::SamplesAround;
 pub use sign::{SignReport, synthesize};
 pub use sign_field::{SignField, sign_field};
+pub use signed_distance::SignedDistance;
 pub use spacing::Spacing;
 pub use trust::{NO_TRUST, SOME_DOUBT};
 
