@@ -63,8 +63,10 @@ const DEEP_NOISE: f64 = 0.75;
 const CLEAN: f64 = 0.1;
 /// and the smoothing length from which refinement starts then is at most so many spacings.
 const CLEAN_RATIO: f64 = 0.4;
-/// Isolated points are looked for so often, each time among those that are left.
+/// Isolated points are looked for so often at most, each time among those that are left,
 const ROUNDS: usize = 4;
+/// as long as a larger share than this is found: the tips of sparse parts would be worn away.
+const MANY_ISOLATED: f64 = 0.005;
 /// If a larger share of the points are isolated, they are the shape.
 const MOST_ISOLATED: f64 = 0.25;
 /// The finest lattice of the topology stage, in halvings of the coarsest.
@@ -430,7 +432,11 @@ fn isolated<const D: usize>(points: &[[f64; D]], spacing: Spacing) -> (Vec<bool>
         if count as f64 > MOST_ISOLATED * points.len() as f64 {
             return (vec![false; points.len()], points.to_vec(), spacing);
         }
+        let few = (found.iter().filter(|found| **found).count() as f64) < MANY_ISOLATED * points.len() as f64;
         (rest, rest_spacing) = without(&rest, &found, rest_spacing);
+        if few {
+            break;
+        }
     }
     (isolated, rest, rest_spacing)
 }
