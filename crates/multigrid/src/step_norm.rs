@@ -51,3 +51,52 @@ impl StepNorm {
         self.pp = square + beta * beta * self.pp;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SIZE: usize = 8;
+
+    fn dot(a: &[f64; SIZE], b: &[f64; SIZE]) -> f64 {
+        a.iter().zip(b).map(|(a, b)| a * b).sum()
+    }
+
+    #[test]
+    fn lengths_are_those_of_the_iterates() {
+        // (A + I) x = b, A the second difference, with a diagonal preconditioner P that is not A's.
+        let applied = |x: &[f64; SIZE]| -> [f64; SIZE] {
+            let at = |i: usize| x.get(i).copied().unwrap_or(0.0);
+            std::array::from_fn(|i| 3.0 * at(i) - at(i.wrapping_sub(1)) - at(i + 1))
+        };
+        let p: [f64; SIZE] = std::array::from_fn(|i| 1.0 + 0.5 * i as f64);
+        let length = |x: &[f64; SIZE]| x.iter().zip(p).map(|(x, p)| p * x * x).sum::<f64>().sqrt();
+        let mut residual: [f64; SIZE] = std::array::from_fn(|i| (1.0 + i as f64).sin());
+        let solved = |r: &[f64; SIZE]| -> [f64; SIZE] { std::array::from_fn(|i| r[i] / p[i]) };
+        let (mut x, mut direction) = ([0.0; SIZE], solved(&residual));
+        let mut square = dot(&residual, &direction);
+        let mut norm = StepNorm::new(square);
+        for _ in 0..SIZE - 2 {
+            let image = applied(&direction);
+            let alpha = square / dot(&direction, &image);
+            let next: [f64; SIZE] = std::array::from_fn(|i| x[i] + alpha * direction[i]);
+            // Between here and there lies the boundary, and the way to it is shorter.
+            let radius = 0.5 * (length(&x) + length(&next));
+            assert!(norm.reaches(alpha, radius) && !norm.reaches(alpha, 1.01 * length(&next)));
+            let mut stopped = norm;
+            let tau = stopped.cut(radius);
+            let at_boundary: [f64; SIZE] = std::array::from_fn(|i| x[i] + tau * direction[i]);
+            // Rounding of numbers of size one, over a few iterations.
+            assert!((length(&at_boundary) - radius).abs() < 1e-12 && (stopped.length() - radius).abs() < 1e-12);
+            norm.advance(alpha);
+            x = next;
+            assert!((norm.length() - length(&x)).abs() < 1e-12, "{} {}", norm.length(), length(&x));
+            residual = std::array::from_fn(|i| residual[i] - alpha * image[i]);
+            let z = solved(&residual);
+            let beta = dot(&residual, &z) / square;
+            square = dot(&residual, &z);
+            norm.turn(beta, square);
+            direction = std::array::from_fn(|i| z[i] + beta * direction[i]);
+        }
+    }
+}

@@ -5,8 +5,10 @@ use rayon::prelude::*;
 use std::num::NonZero;
 use zeroset_bspline::HierarchicalSpline;
 
-/// Steps from the nearest vertex to the nearest place: each squares what is left, about.
-const STEPS: usize = 8;
+/// Steps from the nearest vertex to the nearest place.
+const STEPS: usize = 24;
+/// A step that leads away is halved. No shorter share of a step is tried: only beyond so many radii of curvature one would be needed.
+const SHORTEST: f64 = 1.0 / 1024.0;
 
 /// The signed distance from the curve or surface `f = 0`, negative inside: near it f itself is close to that, farther away it need
 /// not be, and beyond its box f is not defined.
@@ -48,21 +50,28 @@ impl<'a, const D: usize> SignedDistance<'a, D> {
     pub fn at(&self, x: &[f64; D]) -> f64 {
         let nearest = self.tree.query(x).nearest_n::<SquaredEuclidean<f64>>(NonZero::<usize>::MIN).execute();
         let mut foot = nearest.iter().map(|n| self.vertices[n.item as usize]).next().unwrap_or(self.vertices[0]);
+        let mut share = 1.0;
         for _ in 0..STEPS {
-            // Along the tangent plane to below x, then back to f = 0.
+            // Along the tangent plane towards below x, then back to f = 0. Where the surface bends away the whole way is too far.
             let (_, g) = self.f.value_and_gradient(&foot);
             let to_x = minus(x, &foot);
             let off = dot(&to_x, &g) / dot(&g, &g);
-            let below = std::array::from_fn(|k| foot[k] + to_x[k] - off * g[k]);
-            let (value, g) = self.f.value_and_gradient(&below);
-            let next: [f64; D] = std::array::from_fn(|k| below[k] - value / dot(&g, &g) * g[k]);
-            let closer = minus(x, &next);
-            if dot(&closer, &closer) < dot(&to_x, &to_x) {
-                foot = next;
-            } else {
-                // Where the surface bends away, or f ends, the last place is the better answer.
-                break;
-            }
+            let aside: [f64; D] = std::array::from_fn(|k| to_x[k] - off * g[k]);
+            let next = loop {
+                let beside = std::array::from_fn(|k| foot[k] + share * aside[k]);
+                let (value, g) = self.f.value_and_gradient(&beside);
+                let next: [f64; D] = std::array::from_fn(|k| beside[k] - value / dot(&g, &g) * g[k]);
+                let closer = minus(x, &next);
+                if dot(&closer, &closer) < dot(&to_x, &to_x) {
+                    break Some(next);
+                }
+                share *= 0.5;
+                if share < SHORTEST {
+                    break None;
+                }
+            };
+            let Some(next) = next else { break };
+            foot = next;
         }
         let away = minus(x, &foot);
         let inside = self.f.value(x) < 0.0;

@@ -83,6 +83,12 @@ pub const FAULTS: &[Fault] = &[
     fault("multigrid", "conjugate_gradients.rs", "square / before, &z", "before / square, &z"),
     fault(
         "multigrid",
+        "step_norm.rs",
+        "self.xx + 2.0 * alpha * self.xp + alpha * alpha * self.pp",
+        "self.xx + alpha * self.xp + alpha * alpha * self.pp",
+    ),
+    fault(
+        "multigrid",
         "smoother.rs",
         "operator.diagonal().iter().map(|d| 1.0 / d.sqrt())",
         "operator.diagonal().iter().map(|d| 1.0 / d)",
@@ -116,12 +122,6 @@ pub const FAULTS: &[Fault] = &[
         "sampson.rs",
         "if state.floored[i] { 0.0 } else { -state.residuals[i] / state.norms[i].powi(2) }",
         "if state.floored[i] { 0.0 } else { state.residuals[i] / state.norms[i].powi(2) }",
-    ),
-    fault(
-        "trust-region",
-        "steihaug.rs",
-        "let grown = gg + 2.0 * alpha * gp + alpha * alpha * pp;",
-        "let grown = gg + alpha * gp + alpha * alpha * pp;",
     ),
     fault(
         "trust-region",
