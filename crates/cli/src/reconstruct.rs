@@ -41,6 +41,11 @@ pub fn run(arguments: &Reconstruct, say: &Say) -> Result<(), Failure> {
     }
     let options = options(arguments);
     let normals = match (points.has_normals(), arguments.normals) {
+        (false, Normals::Trust) => {
+            let files = input::names(arguments);
+            return Err(Failure::usage(format_args!("--normals trust: the points of {files} have no normals"))
+                .with_tip("leave the option out: zeroset finds the sides itself"));
+        }
         (false, _) => "",
         (true, Normals::Ignore) => ", whose normals are ignored",
         (true, Normals::Hint) => ", whose normals are a hint (--normals)",

@@ -190,6 +190,12 @@ fn parts_that_are_none() {
             3,
             "error: scan.ply and outline.xy cannot be one cloud: one has two columns, the other three\n  tip: reconstruct them one by one, or give all the same number of coordinates\n",
         ),
+        (
+            "reconstruct scan.ply --normals trust -o out.ply",
+            2,
+            "error: --normals trust: the points of scan.ply have no normals\n  tip: leave the option out: zeroset finds the sides \
+             itself\n",
+        ),
         ("reconstruct - - --format xyz -o out.ply", 2, "error: standard input can be read once only: give - once\n"),
         (
             "reconstruct scan.ply --box 0,0,1,1 -o out.ply",
