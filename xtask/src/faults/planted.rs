@@ -140,8 +140,8 @@ pub const FAULTS: &[Fault] = &[
     fault(
         "pipeline",
         "domain.rs",
-        "2 * (0.5 * side / spacing + MARGIN).ceil() as usize",
-        "(side / spacing + MARGIN).ceil() as usize",
+        "2 * (0.5 * side / spacing + margin).ceil() as usize",
+        "(side / spacing + margin).ceil() as usize",
     ),
     fault("pipeline", "noise.rs", "median / MEDIAN_DIFFERENCE", "median * MEDIAN_DIFFERENCE"),
     fault(
