@@ -47,6 +47,21 @@ pub fn halvings<const D: usize>(spline: &HierarchicalSpline<D>, cells: usize) ->
     cells.div_ceil(own).next_power_of_two().ilog2()
 }
 
+/// How often the cells of the dense lattice are halved for a search for the zero set on at least so many cells.
+///
+/// # Errors
+/// If the search is too fine, or needs more `memory` than allowed.
+pub fn search<const D: usize>(
+    spline: &HierarchicalSpline<D>,
+    cells: usize,
+    memory: Option<u64>,
+) -> Result<u32, Failure> {
+    let halvings = halvings(spline, cells);
+    check_search(spline, halvings)?;
+    check_memory(spline, halvings, memory)?;
+    Ok(halvings)
+}
+
 /// Refuses too fine a search where all parts of the dense lattice's crossed cells are looked at: in functions that are no uniform
 /// cubics. In uniform cubics, with levels or without, parts far from the zero set are left out.
 pub fn check_search<const D: usize>(spline: &HierarchicalSpline<D>, halvings: u32) -> Result<(), Failure> {
@@ -65,7 +80,7 @@ pub fn check_search<const D: usize>(spline: &HierarchicalSpline<D>, halvings: u3
 }
 
 /// Refuses a search that would need more memory than allowed, or than is sound.
-pub fn check_memory<const D: usize>(
+fn check_memory<const D: usize>(
     spline: &HierarchicalSpline<D>,
     halvings: u32,
     memory: Option<u64>,

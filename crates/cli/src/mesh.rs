@@ -68,9 +68,7 @@ fn function<const D: usize>(
 ) -> Result<([f64; D], HierarchicalSpline<D>, u32), Failure> {
     let (origin, spline) = to_spline::<D>(&arguments.spline, file)?;
     let f = spline.plus_constant(-arguments.iso).map_err(|error| refused(arguments, error))?;
-    let halvings = lattice::halvings(&f, arguments.resolution.unwrap_or(FINE_ENOUGH));
-    lattice::check_search(&f, halvings)?;
-    lattice::check_memory(&f, halvings, arguments.memory)?;
+    let halvings = lattice::search(&f, arguments.resolution.unwrap_or(FINE_ENOUGH), arguments.memory)?;
     Ok((origin, f, halvings))
 }
 

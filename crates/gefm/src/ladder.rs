@@ -174,9 +174,10 @@ impl<const D: usize> Ladder<'_, D> {
         }
     }
 
-    /// Candidates from scratch, after the one from known normals if they are but a hint and it is not good enough: with the length of the rung, then with longer ones as long as each is better than the one
-    /// before, or, if none is, with shorter ones. One longer length that is worse is passed over where the first was about
-    /// random: under noise all those that are too short are, and so are their scores.
+    /// Candidates from scratch, after the one from known normals if they are but a hint and it is not good enough: with the length
+    /// of the rung, then with longer ones as long as each is better than the one before, or, if none is, with shorter ones. One
+    /// longer length that is worse is passed over where the first was about random: under noise all those that are too short are,
+    /// and so are their scores.
     fn search(&mut self, rung: &mut Rung<D>) -> Result<(), GefmError> {
         let first_ratio = rung.ratio();
         let hint = matches!(self.options.normals, KnownNormals::Hint(_));

@@ -97,7 +97,7 @@ impl TriMesh {
                 return -1.0;
             }
         }
-        let normal = cross(&self.between(u, side[0]), &self.between(u, side[1]));
+        let normal = self.across(&corners);
         let size = norm(&normal);
         let is_upright = |w: u32| dot(&normal, &self.normals[w as usize]) >= LEAST_COSINE * size;
         let is_near = dot(&normal, &self.between(u, v)).abs() <= flat * size;
@@ -112,7 +112,7 @@ impl TriMesh {
     fn quality(&self, a: u32, b: u32, c: u32) -> f64 {
         let sides = [self.between(a, b), self.between(a, c), self.between(b, c)];
         let squares: f64 = sides.iter().map(|side| dot(side, side)).sum();
-        let quality = 2.0 * 3.0_f64.sqrt() * norm(&cross(&sides[0], &sides[1])) / squares;
+        let quality = 4.0 * 3.0_f64.sqrt() * self.triangle_area(&[a, b, c]) / squares;
         if quality.is_finite() { quality } else { 0.0 }
     }
 
@@ -214,10 +214,6 @@ fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
 
 fn norm(a: &[f64; 3]) -> f64 {
     dot(a, a).sqrt()
-}
-
-fn cross(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
-    std::array::from_fn(|k| a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3])
 }
 
 #[cfg(test)]

@@ -57,12 +57,16 @@ impl TriMesh {
     }
 
     pub(crate) fn triangle_area(&self, triangle: &[u32; 3]) -> f64 {
+        0.5 * self.across(triangle).iter().map(|x| x.powi(2)).sum::<f64>().sqrt()
+    }
+
+    /// The outward vector across a triangle that is as long as twice its area.
+    pub(crate) fn across(&self, triangle: &[u32; 3]) -> [f64; 3] {
         let [a, b, c] = triangle.map(|v| self.vertices[v as usize]);
-        let cross = |k: usize| {
+        std::array::from_fn(|k| {
             let (l, m) = ((k + 1) % 3, (k + 2) % 3);
             (b[l] - a[l]) * (c[m] - a[m]) - (b[m] - a[m]) * (c[l] - a[l])
-        };
-        0.5 * (0..3).map(|k| cross(k).powi(2)).sum::<f64>().sqrt()
+        })
     }
 
     /// The area of every connected component, in the order of their first vertices.

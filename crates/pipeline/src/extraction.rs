@@ -85,10 +85,9 @@ pub fn extract_surface(reconstruction: &mut Reconstruction<3>) -> Result<(TriMes
         topology,
     };
     let speck = SPECK * reconstruction.report.input.spacing.powi(2);
-    let areas = mesh.component_areas();
+    let specks = mesh.component_areas().into_iter().filter(|area| *area < speck).count();
     // Where all are as small the shape is, of few points.
-    let specks = areas.iter().filter(|area| **area < speck).count() % areas.len().max(1);
-    if specks > 0 {
+    if specks > 0 && specks < topology.components {
         reconstruction.report.warnings.push(format!(
             "{specks} of {} components are specks, no larger than a few points' share: they come from points off the \
              surface, or from noise",

@@ -202,10 +202,7 @@ pub(crate) fn road<const D: usize>(
         Ok(((phi, off), StageFigures::Sign(report)))
     })?;
     let (mut fitted, mut fitted_spacing) = without(&heard, &off, spacing.clone());
-    let mut name_outliers = |found: Vec<bool>| {
-        outliers.iter_mut().filter(|outlier| !**outlier).zip(found).for_each(|(outlier, found)| *outlier = found);
-    };
-    name_outliers(off);
+    mark(&mut outliers, &off);
 
     let knots = domain.knots(options.degree, halvings)?;
     let initial = road.stage("initial-shape", || {
@@ -233,7 +230,7 @@ pub(crate) fn road<const D: usize>(
             settings.run(&initial).map(|((spline, figures), stray)| ((spline, stray), figures))
         })?;
         (fitted, fitted_spacing) = without(&fitted, &stray, fitted_spacing);
-        name_outliers(stray);
+        mark(&mut outliers, &stray);
         (spline, Some(initial))
     } else {
         (HierarchicalSpline::new(initial)?, None)
@@ -404,6 +401,11 @@ pub fn coarse_cells<const D: usize>(spacing: &Spacing) -> usize {
     cells
 }
 
+/// Marks more members: `found` says which of those that were not marked before.
+fn mark(marks: &mut [bool], found: &[bool]) {
+    marks.iter_mut().filter(|mark| !**mark).zip(found).for_each(|(mark, found)| *mark = *found);
+}
+
 /// Those of the points that are not `off`, with their spacing, where `spacing` is that of all.
 fn without<const D: usize>(points: &[[f64; D]], off: &[bool], spacing: Spacing) -> (Vec<[f64; D]>, Spacing) {
     let kept = kept(points, off);
@@ -427,7 +429,7 @@ fn isolated<const D: usize>(points: &[[f64; D]], spacing: Spacing) -> (Vec<bool>
         if !found.contains(&true) {
             break;
         }
-        isolated.iter_mut().filter(|isolated| !**isolated).zip(&found).for_each(|(isolated, found)| *isolated = *found);
+        mark(&mut isolated, &found);
         let count = isolated.iter().filter(|isolated| **isolated).count();
         if count as f64 > MOST_ISOLATED * points.len() as f64 {
             return (vec![false; points.len()], points.to_vec(), spacing);
