@@ -19,6 +19,11 @@ use crate::topology_changes::topology_changes;
 /// Cells on the finest level, in spacings of the points there. (Finer ones bring less than they cost; with three quarters Chamfer
 /// distances of clean data were 3 to 5 % larger.)
 const FINEST_CELL: f64 = 0.6;
+/// Of a surface with more points than these, cells grow with the root of their number,
+const MANY: f64 = 40_000.0;
+/// up to so many times that: at twice the size time and memory are halved, and the distance from the surface, which is far below
+/// the spacing by then, grows by a third or so.
+const COARSENED: f64 = 2.0;
 /// Levels above the dense lattice at most.
 const MOST_LEVELS: u8 = 6;
 /// Cells on each side of those that hold points which a level reaches.
@@ -100,6 +105,12 @@ fn normals<const D: usize>(f_hat: &Spline<D>, points: &[[f64; D]]) -> Vec<[f64; 
     gradients.iter().map(normal).collect()
 }
 
+/// Cells on the finest level, in spacings: what they cost grows with their number, which in the plane is never large.
+fn finest_cell<const D: usize>(points: usize) -> f64 {
+    let coarsened = if D == 3 { (points as f64 / MANY).sqrt().clamp(1.0, COARSENED) } else { 1.0 };
+    FINEST_CELL * coarsened
+}
+
 /// The levels above the dense lattice, finer where the points are denser; `levels` is how many there are at the typical spacing,
 /// if that is not for the spacing to say.
 pub fn band<const D: usize>(
@@ -112,7 +123,7 @@ pub fn band<const D: usize>(
     let cell = domain.spacing(halvings);
     let (finest, share) = match levels {
         Some(levels) => (levels as u8, cell / f64::from(1u32 << levels) / spacing.typical),
-        None => (MOST_LEVELS, FINEST_CELL),
+        None => (MOST_LEVELS, finest_cell::<D>(points.len())),
     };
     // Smoothed: else levels follow chance where samples are random, and bands get holes.
     let sides: Vec<f64> = spacing.smoothed(points).iter().map(|s| share * s).collect();
