@@ -12,10 +12,23 @@ use super::torus;
 const SEED: u64 = 2;
 /// Every level is refined down to this smoothing length, in its cells: the same work per unknown.
 const LENGTH: f64 = 0.3;
+/// Cells along the longest side of the coarsest level.
+const COARSEST: u32 = 64;
 
-/// One run down to the finest cells, with all levels: a fixed smoothing length holds out no points, so that no level is left
-/// out for bringing too little.
-pub fn rows(program: &Program, points: usize, cells: u32) -> Result<Vec<Level>> {
+/// The finest level of runs down to 64 cells and twice as many each time, on clouds whose samples are as dense as the cells
+/// each time; `points` are those of the last. A fixed smoothing length holds out no points, so that no level is left out for
+/// bringing too little.
+pub fn rows(program: &Program, points: usize, finest: u32) -> Result<Vec<Level>> {
+    let mut rows = Vec::new();
+    for cells in std::iter::successors(Some(COARSEST), |c| Some(2 * c)).take_while(|c| *c <= finest) {
+        let halvings = (finest / cells).ilog2();
+        rows.extend(finest_level(program, points >> (2 * halvings), cells)?);
+    }
+    Ok(rows)
+}
+
+/// What a run down to the given cells tells of its finest level.
+fn finest_level(program: &Program, points: usize, cells: u32) -> Result<Option<Level>> {
     let input = program.work.join(format!("levels-{points}.ply"));
     let points = torus::points(points, SEED);
     zeroset_io::write_points(&input, &points)?;
@@ -25,15 +38,20 @@ pub fn rows(program: &Program, points: usize, cells: u32) -> Result<Vec<Level>> 
     });
     let length = LENGTH * side.fold(0.0, f64::max) / f64::from(cells);
     let options = ["--resolution".to_owned(), cells.to_string(), "--smooth".to_owned(), length.to_string()];
-    Ok(program.reconstruct(&input, &options.each_ref().map(OsStr::new))?.levels)
+    Ok(program.reconstruct(&input, &options.each_ref().map(OsStr::new))?.levels.pop())
+}
+
+/// By what a cost grows per halving of the cells, by least squares of the logarithms; `None` with fewer than two levels.
+pub fn growth(levels: &[Level], cost: fn(&Level) -> f64) -> Option<f64> {
+    let logs: Vec<_> = levels.iter().map(|level| (level.cells.log2(), cost(level).log2())).collect();
+    super::sizes::slope(&logs).map(f64::exp2)
 }
 
 /// Unknowns and seconds against the cells along the longest side.
 pub fn plot(levels: &[Level]) -> String {
     let panel = |title: &str, vertical: &str, cost: fn(&Level) -> f64| {
         let places: Vec<_> = levels.iter().map(|level| (level.cells, cost(level))).collect();
-        let logs: Vec<_> = places.iter().map(|(x, y)| (x.log2(), y.log2())).collect();
-        let factor = super::sizes::slope(&logs).map_or_else(String::new, |s| format!("× {:.2} per halving", s.exp2()));
+        let factor = growth(levels, cost).map_or_else(String::new, |factor| format!("× {factor:.2} per halving"));
         let series = vec![Series { name: factor, colour: "#1f4e9e", places }];
         Panel {
             title: title.into(),

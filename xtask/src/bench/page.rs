@@ -80,8 +80,8 @@ pub fn sizes(rows: &[Row], meshlab: Option<&MeshLab>, plot: &str) -> String {
 /// Growth from level to level.
 pub fn levels(levels: &[Level], points: usize, plot: &str) -> String {
     let mut text = format!(
-        "## Levels\n\n{points} points of the torus, every level refined to the same smoothing length in cells. Wanted growth: \
-         {GROWTH} ± {TOLERANCE}.\n\n| cells | active functions | growth | seconds | growth |\n|---|---|---|---|---|\n"
+        "## Levels\n\nThe finest level of runs on the torus with as many points as the level has cells on the surface ({points} for the last), \
+         refined to the same smoothing length in cells. Wanted growth: {GROWTH} ± {TOLERANCE}.\n\n| cells | active functions | growth | seconds | growth |\n|---|---|---|---|---|\n"
     );
     let growth = |now: f64, before: Option<f64>| {
         before.map_or_else(
@@ -105,6 +105,13 @@ pub fn levels(levels: &[Level], points: usize, plot: &str) -> String {
             growth(level.seconds, before.map(|level| level.seconds))
         );
     }
+    let fitted = |cost: fn(&Level) -> f64| known(super::levels::growth(levels, cost), 2);
+    let _ = writeln!(
+        text,
+        "\nOver all levels: active functions × {} and time × {} per halving (least squares).",
+        fitted(|level| level.active),
+        fitted(|level| level.seconds)
+    );
     let _ = writeln!(text, "\n![active functions and time per level]({plot})");
     text
 }

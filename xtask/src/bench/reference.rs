@@ -3,14 +3,14 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use pulp::Arch;
+use pulp::{Arch, Simd, WithSimd};
 
 /// Each of the three arrays of the triad: larger than caches are.
 const BYTES: usize = 64 << 20;
-/// Numbers that are multiplied and added at the same time: enough to hide the latency, few enough to stay in registers.
-const LANES: usize = 40;
+/// Vectors that are multiplied and added at the same time: enough to hide the latency, few enough to stay in registers.
+const CHAINS: usize = 10;
 /// Rounds of them.
-const ROUNDS: usize = 2_000_000;
+const ROUNDS: usize = 10_000_000;
 /// The best of so many.
 const TRIES: usize = 5;
 
@@ -42,12 +42,7 @@ fn triad(threads: usize) -> f64 {
         let start = Instant::now();
         std::thread::scope(|scope| {
             for ((a, b), c) in a.chunks_mut(part).zip(b.chunks(part)).zip(c.chunks(part)) {
-                scope.spawn(move || {
-                    Arch::new().dispatch(
-                        #[inline(always)]
-                        || a.iter_mut().zip(b).zip(c).for_each(|((a, b), c)| *a = b + scale * c),
-                    );
-                });
+                scope.spawn(move || Arch::new().dispatch(Triad { a, b, c, scale }));
             }
         });
         best = best.min(start.elapsed().as_secs_f64());
@@ -58,26 +53,58 @@ fn triad(threads: usize) -> f64 {
 
 /// Multiply-adds per second.
 fn multiply_add(threads: usize) -> f64 {
-    let mut best = f64::INFINITY;
+    let mut rate: f64 = 0.0;
     for _ in 0..TRIES {
         let start = Instant::now();
-        std::thread::scope(|scope| {
-            for _ in 0..threads {
-                scope.spawn(|| {
-                    let (factor, mut sums) = (black_box(0.999), [black_box(1.0); LANES]);
-                    Arch::new().dispatch(
-                        #[inline(always)]
-                        || {
-                            for _ in 0..ROUNDS {
-                                sums.iter_mut().for_each(|sum| *sum = f64::mul_add(*sum, factor, 1.0));
-                            }
-                        },
-                    );
-                    black_box(sums);
-                });
-            }
+        let lanes: usize = std::thread::scope(|scope| {
+            let running: Vec<_> = (0..threads).map(|_| scope.spawn(|| Arch::new().dispatch(MultiplyAdd))).collect();
+            running.into_iter().map(|thread| thread.join().unwrap_or(0)).sum()
         });
-        best = best.min(start.elapsed().as_secs_f64());
+        rate = rate.max((lanes * CHAINS * ROUNDS) as f64 / start.elapsed().as_secs_f64());
     }
-    (threads * LANES * ROUNDS) as f64 / best
+    rate
+}
+
+/// `a = b + s c`.
+struct Triad<'a> {
+    a: &'a mut [f64],
+    b: &'a [f64],
+    c: &'a [f64],
+    scale: f64,
+}
+
+impl WithSimd for Triad<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let scale = simd.splat_f64s(self.scale);
+        let (a, b, c) = (S::as_mut_simd_f64s(self.a), S::as_simd_f64s(self.b), S::as_simd_f64s(self.c));
+        for ((a, b), c) in a.0.iter_mut().zip(b.0).zip(c.0) {
+            *a = simd.mul_add_f64s(scale, *c, *b);
+        }
+        for ((a, b), c) in a.1.iter_mut().zip(b.1).zip(c.1) {
+            *a = *b + self.scale * c;
+        }
+    }
+}
+
+/// Multiply-adds in registers. Tells how many numbers each is done with at once.
+struct MultiplyAdd;
+
+impl WithSimd for MultiplyAdd {
+    type Output = usize;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> usize {
+        let (factor, one) = (simd.splat_f64s(black_box(0.999)), simd.splat_f64s(1.0));
+        let mut sums = [simd.splat_f64s(black_box(1.0)); CHAINS];
+        for _ in 0..ROUNDS {
+            for sum in &mut sums {
+                *sum = simd.mul_add_f64s(*sum, factor, one);
+            }
+        }
+        black_box(sums.map(|sum| simd.reduce_sum_f64s(sum)));
+        S::F64_LANES
+    }
 }
