@@ -2,7 +2,7 @@
 """python formats.py ZEROSET OUTPUTS
 
 Has the program ZEROSET write every format into the folder OUTPUTS and opens each with somebody else's package: counts, bounds, areas
-and volumes must be those that zeroset reports. A check whose package is missing is skipped, and says so; any difference ends in exit
+and volumes must be those that zeroset reports. Then has these packages write points, and zeroset say where they are. A check whose package is missing is skipped, and says so; any difference ends in exit
 code 1. Tolerances are those of the formats: doubles are exact, 32-bit floats have 24 bits."""
 import importlib
 import json
@@ -43,12 +43,9 @@ def make():
     points = ROOT / "fixtures" / "points"
     zeroset("reconstruct", points / "double_torus.ply", "--resolution", 32, *outputs("ring", "ply obj stl glb npz exr vti npy"),
             "--oriented", OUT / "ring_oriented.ply", "--report", OUT / "ring.json", "--report", OUT / "ring.html")
-    rows = np.arange(800)
-    z = (rows + 0.5) / 400 - 1
-    across = np.sqrt(1 - z**2)
-    sphere = np.stack([across * np.cos(2.399963 * rows), across * np.sin(2.399963 * rows), z], axis=-1) + [5e6, 4e5, 100]
-    colours = np.where(z[:, None] > 0, [250, 20, 0], [0, 20, 250])
-    np.savetxt(OUT / "far.csv", np.hstack([sphere, colours]), delimiter=",", header="x,y,z,red,green,blue", comments="",
+    far = sphere() + [5e6, 4e5, 100]
+    colours = np.where(far[:, 2:] > 100, [250, 20, 0], [0, 20, 250])
+    np.savetxt(OUT / "far.csv", np.hstack([far, colours]), delimiter=",", header="x,y,z,red,green,blue", comments="",
                fmt=["%.6f"] * 3 + ["%d"] * 3)
     zeroset("reconstruct", OUT / "far.csv", "--resolution", 12, *outputs("far", "ply obj stl glb"), "--report", OUT / "far.json")
     zeroset("reconstruct", points / "bowl.ply", "--open", "--resolution", 24, *outputs("bowl", "ply obj stl glb"),
@@ -284,26 +281,91 @@ def curves_by_ezdxf(ezdxf):
         yield said
 
 
+def sphere():
+    """800 points spread evenly over the unit sphere, none of them twice, in an order of their own."""
+    rows = np.arange(800)
+    z = (rows + 0.5) / 400 - 1
+    across = np.sqrt(1 - z**2)
+    return np.stack([across * np.cos(2.399963 * rows), across * np.sin(2.399963 * rows), z], axis=-1)
+
+
+def read_back(name, points, rounding, ordered=True):
+    """Has zeroset read what another program wrote and say where the points are."""
+    again = OUT / "read_back.ply"
+    zeroset("reconstruct", OUT / name, "--resolution", 12, "--no-refine", "--accept-doubt", "--oriented", again)
+    found = ply_vertices(again)
+    if not ordered:
+        found, points = (np.unique(np.round(some, 6), axis=0) for some in (found, points))
+    close(found, points, rounding, "coordinates")
+    return f"{name}: {len(found)} points"
+
+
+@check("numpy")
+def points_by_numpy(_):
+    points = sphere()
+    arrays = {"double": points, "single": points.astype("f4"), "big_endian": points.astype(">f8"), "by_columns": np.asfortranarray(points)}
+    for name, array in arrays.items():
+        np.save(OUT / f"{name}.npy", array)
+        yield read_back(f"{name}.npy", points, SINGLE if array.itemsize == 4 else 0)
+    np.savetxt(OUT / "blanks.xyz", points, fmt="%.17g")
+    np.savetxt(OUT / "numbers.asc", points, fmt="%.17g", delimiter="\t", newline="\r\n")
+    np.savetxt(OUT / "semicolons.csv", points, fmt="%.17g", delimiter=";")
+    columns = np.hstack([np.arange(800)[:, None], points, points])
+    np.savetxt(OUT / "header.csv", columns, fmt="%.17g", delimiter=",", header="id,x,y,z,nx,ny,nz", comments="")
+    np.savetxt(OUT / "comment.txt", points, fmt="%.17g", header="x y z")
+    np.savetxt(OUT / "count.pts", points, fmt="%.17g", header="800", comments="")
+    for name in ["blanks.xyz", "numbers.asc", "semicolons.csv", "header.csv", "comment.txt", "count.pts"]:
+        yield read_back(name, points, 0)
+
+
+@check("trimesh")
+def points_by_trimesh(trimesh):
+    points = sphere()
+    cloud = trimesh.PointCloud(points, colors=np.full((800, 4), [9, 99, 199, 255], np.uint8))
+    for name, options in {"trimesh.ply": {}, "trimesh_ascii.ply": {"encoding": "ascii"}, "trimesh.xyz": {}}.items():
+        cloud.export(OUT / name, **options)
+        yield read_back(name, points, 4 * SINGLE)
+    ball = trimesh.creation.icosphere(subdivisions=3)
+    for name, options in {"ball.obj": {}, "ball.stl": {}, "ball_ascii.stl": {"file_type": "stl_ascii"}}.items():
+        ball.export(OUT / name, **options)
+        yield read_back(name, ball.vertices, 2e-6, ordered=False)
+
+
+@check("pymeshlab")
+def points_by_meshlab(pymeshlab):
+    points = sphere()
+    meshes = pymeshlab.MeshSet()
+    meshes.add_mesh(pymeshlab.Mesh(vertex_matrix=points, v_normals_matrix=points, v_scalar_array=np.arange(800.0)))
+    for name, options in {"meshlab.ply": {}, "meshlab_ascii.ply": {"binary": False}, "meshlab.xyz": {}, "meshlab.obj": {}, "meshlab.e57": {}}.items():
+        meshes.save_current_mesh(str(OUT / name), **options)
+        # Six decimals in text.
+        yield read_back(name, points, 1e-6)
+
+
+@check("pye57")
+def points_by_pye57(pye57):
+    points = sphere()
+    (OUT / "scans.e57").unlink(missing_ok=True)
+    scans = pye57.E57(str(OUT / "scans.e57"), mode="w")
+    # The second scan stands elsewhere: its points are written as seen from there.
+    for half, away in [(points[:300], np.zeros(3)), (points[300:], np.array([3.0, -2.0, 1.0]))]:
+        seen = np.ascontiguousarray((half - away).T)
+        columns = dict(zip(["cartesianX", "cartesianY", "cartesianZ"], seen))
+        scans.write_scan_raw(columns, rotation=np.array([1.0, 0, 0, 0]), translation=away)
+    scans.close()
+    yield read_back("scans.e57", points, 4 * SINGLE)
+
+
 @check("laspy")
 def points_by_laspy(laspy):
-    points = ply_vertices_of_fixture()
+    points = sphere()
     for extension in ["las", "laz"]:
         header = laspy.LasHeader(point_format=6, version="1.4")
         header.offsets, header.scales = points.min(0), [1e-7] * 3
         data = laspy.LasData(header)
         data.x, data.y, data.z = points.T
         data.write(OUT / f"points.{extension}")
-        said = zeroset("info", OUT / f"points.{extension}")
-        assert said.startswith(f"{len(points)} points, 3 coordinates"), said
-        zeroset("reconstruct", OUT / f"points.{extension}", "--resolution", 32, "-o", OUT / "again.stl", "--report", OUT / "again.json")
-        # Points are rounded to a ten-millionth, far below what the fit leaves.
-        close(told("again")["volume"], told("ring")["volume"], 1e-4 * told("ring")["volume"], "volume")
-        yield f"points.{extension}: {len(points)} points, volume {told('again')['volume']:.6g}"
-
-
-def ply_vertices_of_fixture():
-    """Whatever kind of .ply the fixture is, zeroset's own oriented points are a binary one of it, in the same order."""
-    return ply_vertices(OUT / "ring_oriented.ply")
+        yield read_back(f"points.{extension}", points, 0.51e-7)
 
 
 def main():
