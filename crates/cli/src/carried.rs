@@ -16,7 +16,10 @@ pub struct Carried {
 
 impl Carried {
     pub fn new(set: &PointSet<3>, vertices: &[[f64; 3]]) -> Self {
-        let around = SamplesAround::new(&set.points, vertices);
+        let around = match set.attributes.is_empty() {
+            true => SamplesAround::nearest_only(&set.points, vertices),
+            false => SamplesAround::new(&set.points, vertices),
+        };
         let colours = colour_columns(&set.attributes);
         let attributes: Vec<Attribute> = set
             .attributes

@@ -1,10 +1,10 @@
 //! What the samples hand on to other places: their distance, their colours and other values.
 
-use std::collections::HashSet;
 use std::num::NonZero;
 
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
 use rayon::prelude::*;
+use rustc_hash::FxHashSet;
 
 /// A mean is taken over so many of the nearest samples.
 const NEAREST: usize = 6;
@@ -22,13 +22,24 @@ impl SamplesAround {
     ///
     /// Panics if there are no points, or if one is not finite.
     pub fn new<const D: usize>(points: &[[f64; D]], places: &[[f64; D]]) -> Self {
+        Self::of(points, places, NEAREST + 1)
+    }
+
+    /// As [`SamplesAround::new`], with one sample per place: enough for distances, and less work; means are the nearest's values.
+    ///
+    /// Panics if there are no points, or if one is not finite.
+    pub fn nearest_only<const D: usize>(points: &[[f64; D]], places: &[[f64; D]]) -> Self {
+        Self::of(points, places, 1)
+    }
+
+    fn of<const D: usize>(points: &[[f64; D]], places: &[[f64; D]], wanted: usize) -> Self {
         // Zero has two bit patterns.
         let key = |p: &[f64; D]| p.map(|x| if x == 0.0 { 0 } else { x.to_bits() });
-        let mut seen = HashSet::with_capacity(points.len());
+        let mut seen = FxHashSet::with_capacity_and_hasher(points.len(), Default::default());
         let first: Vec<usize> = (0..points.len()).filter(|&i| seen.insert(key(&points[i]))).collect();
         let distinct: Vec<[f64; D]> = first.iter().map(|&i| points[i]).collect();
         let tree = ImmutableKdTree::<f64, D>::new_from_slice(&distinct).expect("points are distinct and finite");
-        let wanted = NonZero::new((NEAREST + 1).min(distinct.len())).expect("there are points");
+        let wanted = NonZero::new(wanted.min(distinct.len())).expect("there are points");
         let nearest = places
             .par_iter()
             .map(|place| {
