@@ -57,7 +57,7 @@ complete -c zeroset -n "__fish_zeroset_using_subcommand reconstruct" -l box -d '
 complete -c zeroset -n "__fish_zeroset_using_subcommand reconstruct" -l plane -d 'Take two of the three coordinates: the points seen along the third axis, whose outline is wanted' -r -f -a "xy\t'x and y'
 xz\t'x and z'
 yz\t'y and z'"
-complete -c zeroset -n "__fish_zeroset_using_subcommand reconstruct" -s o -l output -d 'Where to write, repeatable; the extension decides what: mesh .ply .obj .stl .glb (3D), curve .svg .json .csv .dxf (2D), spline .npz, field .npy .exr .vti, picture .png: the surface with points from the front, obliquely and from above, or the function\'s levels with curve and points' -r -F
+complete -c zeroset -n "__fish_zeroset_using_subcommand reconstruct" -s o -l output -d 'Where to write, repeatable; the extension decides what: mesh .ply .obj .stl .glb (3D), curve .svg .json .csv .dxf (2D), spline .npz, field .npy .exr .vti, picture .png: the surface with points from the front, obliquely and from above, or the function\'s levels with curve and points (also as preview.svg)' -r -F
 complete -c zeroset -n "__fish_zeroset_using_subcommand reconstruct" -l oriented -d 'Write the input points with outward normals, confidence and which are outliers (.ply)' -r -F
 complete -c zeroset -n "__fish_zeroset_using_subcommand reconstruct" -l up -d 'The axis that points up in pictures' -r -f -a "y\t'As in most models: seen from the front, z points at the viewer'
 z\t'As in most maps and machines: seen from the front, y points away'"

@@ -140,7 +140,7 @@ where
     if (extracted.closed || !options.open) && !extracted.faults.none() {
         return Err(Violation::NotClosed(extracted.faults));
     }
-    let oriented = result.oriented();
+    let oriented = result.oriented(points);
     if oriented.iter().any(|p| !(p.normal.iter().all(|n| n.is_finite()) && (0.0..=1.0).contains(&p.confidence))) {
         return Err(Violation::NotFinite("normals or confidences"));
     }

@@ -35,7 +35,7 @@ pub fn no_points(path: &Path, error: ReadError) -> Failure {
         ReadError::Unreadable { source, .. } if source.kind() == ErrorKind::PermissionDenied => {
             Some("ask for the right to read it, or copy it to where you have it".into())
         }
-        ReadError::Malformed { .. } => looks_like(path),
+        ReadError::Malformed { .. } => looks_like(path).or_else(|| without_rows(path)),
         _ => None,
     };
     match tip {
@@ -86,6 +86,12 @@ fn looks_like(path: &Path) -> Option<String> {
     ];
     let (_, kind) = kinds.into_iter().find(|(magic, _)| head.starts_with(magic))?;
     Some(format!("whatever its name says, this is {kind}"))
+}
+
+/// What a text file needs that holds nothing but words, or nothing.
+fn without_rows(path: &Path) -> Option<String> {
+    let has_digit = head(path)?.iter().any(u8::is_ascii_digit);
+    (!has_digit).then(|| "each point is a row of its coordinates, such as 0.5 1.2 -3.4: export the points again".into())
 }
 
 fn head(path: &Path) -> Option<Vec<u8>> {

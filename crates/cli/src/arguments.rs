@@ -32,7 +32,7 @@ pub struct Arguments {
 pub enum Command {
     /// Reconstruct a curve or surface from points, closed or open
     #[command(after_help = "Examples:\n  zeroset reconstruct scan.ply -o surface.ply\n  \
-                            zeroset reconstruct outline.xy -o outline.svg -o function.npz --report report.json\n  \
+                            zeroset reconstruct outline.xy -o outline.svg -o preview.svg -o function.npz\n  \
                             zeroset reconstruct scan.ply -o surface.glb --report report.html\n  \
                             zeroset reconstruct front.ply back.ply --box -1,-1,0,1,1,2 -o surface.ply")]
     Reconstruct(Reconstruct),
@@ -93,7 +93,7 @@ pub struct Reconstruct {
     pub plane: Option<Plane>,
     /// Where to write, repeatable; the extension decides what: mesh .ply .obj .stl .glb (3D), curve .svg .json .csv .dxf (2D),
     /// spline .npz, field .npy .exr .vti, picture .png: the surface with points from the front, obliquely and from above, or the
-    /// function's levels with curve and points
+    /// function's levels with curve and points (also as preview.svg)
     #[arg(short, long = "output", value_name = "FILE", required_unless_present_any = ["oriented", "report"], help_heading = "Output")]
     pub output: Vec<PathBuf>,
     /// Write the input points with outward normals, confidence and which are outliers (.ply)
@@ -111,7 +111,7 @@ pub struct Reconstruct {
     #[arg(long, value_name = "CELLS", help_heading = "Fit")]
     pub resolution: Option<usize>,
     /// Smooth away detail below this length, in the unit of the points [default: automatic]
-    #[arg(long, value_name = "LENGTH", help_heading = "Fit")]
+    #[arg(long, value_name = "LENGTH", allow_negative_numbers = true, help_heading = "Fit")]
     pub smooth: Option<f64>,
     /// Leave open what the points leave open: the result ends where they do, within about two of their spacings, and holes
     /// larger than that stay [default: everything is closed]
@@ -119,7 +119,7 @@ pub struct Reconstruct {
     pub open: bool,
     /// Room around the points in which the function is defined, at least, in the unit of the points; up to half their longest side
     /// [default: a few cells]
-    #[arg(long, value_name = "LENGTH", help_heading = "Fit")]
+    #[arg(long, value_name = "LENGTH", allow_negative_numbers = true, help_heading = "Fit")]
     pub margin: Option<f64>,
     /// Degree of the B-splines, 2 to 5
     #[arg(long, value_name = "DEGREE", default_value_t = 3, help_heading = "Fit")]

@@ -10,7 +10,7 @@ use zeroset_io::{PointSet, Points};
 use crate::arguments::Info;
 use crate::failure::Failure;
 use crate::points;
-use crate::spline_file::to_spline;
+use crate::spline_file::{self, to_spline};
 
 pub fn run(arguments: &Info) -> Result<(), Failure> {
     let is_spline = arguments.format.is_none()
@@ -18,10 +18,13 @@ pub fn run(arguments: &Info) -> Result<(), Failure> {
     let out = &mut io::stdout().lock();
     let told = if is_spline {
         let file = zeroset_io::read_spline(&arguments.file).map_err(Failure::reading)?;
-        match file.dimension() {
+        let told = match file.dimension() {
             2 => describe_spline(out, to_spline::<2>(&arguments.file, &file)?),
             _ => describe_spline(out, to_spline::<3>(&arguments.file, &file)?),
-        }
+        };
+        told.and_then(|()| {
+            spline_file::note(&arguments.file, &file).iter().try_for_each(|note| writeln!(out, "{note}"))
+        })
     } else {
         match points::read(&arguments.file, arguments.format)? {
             Points::Two(set) => describe_points(out, &set),

@@ -12,7 +12,7 @@ use crate::carried::Carried;
 use crate::failure::Failure;
 use crate::lattice::{self, FINE_ENOUGH};
 use crate::progress::Say;
-use crate::spline_file::to_spline;
+use crate::spline_file::{self, to_spline};
 use crate::zero_set::{describe_curve, describe_surface, write_curves, write_mesh};
 
 pub fn run(arguments: &Mesh, say: &Say) -> Result<(), Failure> {
@@ -29,6 +29,7 @@ pub fn run(arguments: &Mesh, say: &Say) -> Result<(), Failure> {
         return Err(Failure::usage(format!("--iso {}: a finite number is needed", arguments.iso)));
     }
     let file = zeroset_io::read_spline(&arguments.spline).map_err(Failure::reading)?;
+    spline_file::note(&arguments.spline, &file).iter().for_each(|note| say.line(note));
     let extensions = if file.dimension() == 2 { CURVE_EXTENSIONS } else { MESH_EXTENSIONS };
     for path in &arguments.output {
         zeroset_io::extension_among(path, extensions).map_err(Failure::usage)?;

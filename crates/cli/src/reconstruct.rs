@@ -19,6 +19,8 @@ use crate::zero_set::{describe_curve, describe_surface, write_curves, write_mesh
 
 pub fn run(arguments: &Reconstruct, say: &Say) -> Result<(), Failure> {
     let kinds = check_outputs(arguments)?;
+    let options = options(arguments);
+    options.check().map_err(Failure::usage)?;
     if let Some(time) = arguments.time {
         interrupt::limit(say, time);
     }
@@ -35,11 +37,15 @@ pub fn run(arguments: &Reconstruct, say: &Say) -> Result<(), Failure> {
                 "a curve, but the points have three columns",
                 "for a surface write .ply, .obj, .stl or .glb; for a curve take two of the columns, as with --plane xy",
             ),
+            (zeroset_io::Dimension::Three, OutputKind::Picture)
+                if zeroset_io::extension_among(path, &["png"]).is_err() =>
+            {
+                ("a drawing of a curve, but the points have three columns", "a picture of a surface is a .png")
+            }
             _ => continue,
         };
         return Err(Failure::usage(format!("{} would be {problem}", path.display())).with_tip(tip));
     }
-    let options = options(arguments);
     let normals = match (points.has_normals(), arguments.normals) {
         (false, Normals::Trust) => {
             let files = input::names(arguments);
@@ -75,7 +81,7 @@ pub fn run(arguments: &Reconstruct, say: &Say) -> Result<(), Failure> {
                 OutputKind::Picture => levels()?.write(path, PREVIEW),
                 _ => write_function(path, kind, &result),
             };
-            finish(arguments, &kinds, &result, write, report, say)
+            finish(arguments, &kinds, &set.points, &result, write, report, say)
         }
         Points::Three(set) => {
             let mut result = reconstruct(arguments, &set, &options, say)?;
@@ -96,7 +102,7 @@ pub fn run(arguments: &Reconstruct, say: &Say) -> Result<(), Failure> {
                 }
                 _ => write_function(path, kind, &result),
             };
-            finish(arguments, &kinds, &result, write, report, say)
+            finish(arguments, &kinds, &set.points, &result, write, report, say)
         }
     }
 }
@@ -198,7 +204,8 @@ fn refused(arguments: &Reconstruct, error: ReconstructError) -> Failure {
 fn write_function<const D: usize>(path: &Path, kind: OutputKind, result: &Reconstruction<D>) -> Result<(), Failure> {
     let (origin, spline) = result.in_data_units().map_err(Failure::internal)?;
     if kind == OutputKind::Spline {
-        return zeroset_io::write_spline(path, &to_file(origin, &spline)?).map_err(Failure::writing);
+        let file = to_file(origin, &spline)?.with_open(result.open);
+        return zeroset_io::write_spline(path, &file).map_err(Failure::writing);
     }
     let nodes = result.domain.nodes(result.halvings);
     let values = result.spline.sample(&nodes, [0; D]) / result.frame.scale;
@@ -234,6 +241,7 @@ fn warn<const D: usize>(result: &Reconstruction<D>, say: &Say) {
 fn finish<const D: usize>(
     arguments: &Reconstruct,
     kinds: &[(PathBuf, OutputKind)],
+    points: &[[f64; D]],
     result: &Reconstruction<D>,
     write: impl Fn(&Path, OutputKind) -> Result<(), Failure>,
     report: impl FnOnce() -> Result<(), Failure>,
@@ -242,7 +250,7 @@ fn finish<const D: usize>(
     say.stage("writing", || {
         kinds.iter().try_for_each(|(path, kind)| write(path, *kind))?;
         if let Some(path) = &arguments.oriented {
-            let oriented = result.oriented();
+            let oriented = result.oriented(points);
             let positions: Vec<_> = oriented.iter().map(|p| p.position).collect();
             let normals: Vec<_> = oriented.iter().map(|p| p.normal).collect();
             let confidence: Vec<_> = oriented.iter().map(|p| p.confidence).collect();

@@ -11,7 +11,7 @@ use crate::lattice;
 use crate::picture::{Levels, write_surface};
 use crate::points;
 use crate::progress::Say;
-use crate::spline_file::to_spline;
+use crate::spline_file::{self, to_spline};
 
 /// Chords over cells larger than this part of the box would show.
 const FINE_ENOUGH: usize = 192;
@@ -25,6 +25,7 @@ pub fn run(arguments: &Render, say: &Say) -> Result<(), Failure> {
         return Err(Failure::usage(format!("--iso {}: a finite number is needed", arguments.iso)));
     }
     let file = zeroset_io::read_spline(&arguments.spline).map_err(Failure::reading)?;
+    spline_file::note(&arguments.spline, &file).iter().for_each(|note| say.line(note));
     let points = arguments.points.as_ref().map(|path| points::read(path, arguments.format)).transpose()?;
     match (file.dimension(), points) {
         (2, None) => plane(arguments, &file, &[])?,

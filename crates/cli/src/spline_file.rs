@@ -51,6 +51,17 @@ pub fn to_file<const D: usize>(origin: [f64; D], spline: &HierarchicalSpline<D>)
     file.and_then(|file| file.with_levels(levels)).map_err(Failure::internal)
 }
 
+/// What is to be known where the zero set of a file's function is extracted as a whole.
+pub fn note(path: &Path, file: &SplineFile) -> Option<String> {
+    let path = path.display();
+    file.open.then(|| {
+        format!(
+            "note: {path} was made with --open, but holds the function only: its zero set is closed here; reconstruct writes the \
+             open one"
+        )
+    })
+}
+
 fn stored<const D: usize>(level: &Level<D>) -> SplineLevel {
     let mut index = Array2::zeros((level.active().len(), D));
     for (mut row, function) in index.rows_mut().into_iter().zip(level.active().iter()) {

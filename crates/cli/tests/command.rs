@@ -418,12 +418,24 @@ fn an_open_outline_is_a_path() {
     };
     fs::write(&points, (0..60).map(line).collect::<String>()).unwrap();
     let output = folder.path().join("arc.json");
-    let run = zeroset().args(["reconstruct", "--open"]).arg(&points).arg("-o").arg(&output).assert().success();
+    let function = folder.path().join("arc.npz");
+    let mut command = zeroset();
+    command.args(["reconstruct", "--open"]).arg(&points).arg("-o").arg(&output).arg("-o").arg(&function);
+    let run = command.assert().success();
     let said = String::from_utf8(run.get_output().stderr.clone()).unwrap();
     assert!(said.contains("curve: 1 open path and 0 closed loops") && !said.contains("warning"), "{said}");
     let curves: Value = serde_json::from_slice(&fs::read(output).unwrap()).unwrap();
     let (loops, paths) = (curves["curves"].as_array().unwrap(), curves["paths"].as_array().unwrap());
     assert_eq!((loops.len(), paths.len()), (0, 1));
+    // The function alone does not end where the points do.
+    let whole = folder.path().join("whole.svg");
+    for command in ["mesh", "render"] {
+        let run = zeroset().arg(command).arg(&function).arg("-o").arg(&whole).assert().success();
+        let said = String::from_utf8(run.get_output().stderr.clone()).unwrap();
+        assert!(said.contains("arc.npz was made with --open") && said.contains("closed here"), "{said}");
+    }
+    let told = zeroset().arg("info").arg(&function).assert().success();
+    assert!(String::from_utf8_lossy(&told.get_output().stdout).contains("arc.npz was made with --open"));
 }
 
 /// Four hundred points on an ellipse with half axes 3 and 2, some way off the origin, with inward normals.

@@ -68,7 +68,7 @@ fn a_function_of_two_variables_is_drawn_with_its_levels() {
     let points = fixture("star.xy");
     let mut command = zeroset();
     command.arg("reconstruct").arg(&points).arg("-o").arg(path("preview.png")).arg("-o").arg(path("curve.svg"));
-    command.arg("-o").arg(path("f.npz")).assert().success();
+    command.arg("-o").arg(path("star-preview.svg")).arg("-o").arg(path("f.npz")).assert().success();
     assert_eq!(size(&path("preview.png")).into_iter().max(), Some(640));
     let mut command = zeroset();
     command.arg("render").arg(path("f.npz")).arg("--points").arg(&points);
@@ -77,9 +77,11 @@ fn a_function_of_two_variables_is_drawn_with_its_levels() {
     assert_eq!(size(&path("levels.png"))[1], 100, "as large as there is room");
     let count = |name: &str, part: &str| fs::read_to_string(path(name)).unwrap().matches(part).count();
     let rows = fs::read_to_string(&points).unwrap().lines().filter(|line| !line.starts_with('#')).count();
-    assert_eq!(count("levels.svg", "<circle"), rows);
-    // About sixteen levels; the step is round, so half or twice as many.
-    assert!((6..=34).contains(&count("levels.svg", "<path")), "{}", count("levels.svg", "<path"));
+    for name in ["levels.svg", "star-preview.svg"] {
+        assert_eq!(count(name, "<circle"), rows, "{name}");
+        // About sixteen levels; the step is round, so half or twice as many.
+        assert!((6..=34).contains(&count(name, "<path")), "{name}: {}", count(name, "<path"));
+    }
     assert_eq!(count("curve.svg", "<path"), 1, "the curve alone");
     let mut command = zeroset();
     command.arg("render").arg(path("f.npz")).args(["--view", "1,0,0", "-o"]).arg(path("no.png"));

@@ -29,7 +29,7 @@ pub const CURVE_EXTENSIONS: &[&str] = &["svg", "json", "csv", "dxf"];
 pub const SPLINE_EXTENSIONS: &[&str] = &["npz"];
 /// Extensions of the files that [`crate::write_field`] writes. `reconstruct` reads `.npz` as a spline, see [`OutputKind`].
 pub const FIELD_EXTENSIONS: &[&str] = &["npy", "npz", "exr", "vti"];
-/// Extensions of the files that [`crate::write_picture`] writes. `reconstruct` reads `.svg` as a curve, see [`OutputKind`].
+/// Extensions of the files that [`crate::write_picture`] writes. `reconstruct` reads most `.svg` as a curve, see [`OutputKind`].
 pub const PICTURE_EXTENSIONS: &[&str] = &["png", "svg"];
 /// Extensions of the files that [`crate::write_table`] writes.
 pub const TABLE_EXTENSIONS: &[&str] = &["csv", "txt", "npy"];
@@ -38,7 +38,7 @@ pub const ORIENTED_EXTENSIONS: &[&str] = &["ply"];
 /// Extensions of the files that reports are written to: `.json` by [`crate::write_report`], `.html` by [`crate::write_page`].
 pub const REPORT_EXTENSIONS: &[&str] = &["json", "html"];
 
-/// What a reconstruction writes to a path, told by the extension alone.
+/// What a reconstruction writes to a path, told by the extension, and of `.svg` by the rest of the name too.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum OutputKind {
     /// The zero set as a triangle mesh (3D): `.ply`, `.obj`, `.stl`, `.glb`.
@@ -49,7 +49,7 @@ pub enum OutputKind {
     Spline,
     /// The function's values on a lattice: `.npy`, `.exr`, `.vti`.
     Field,
-    /// A picture: `.png`.
+    /// A picture: `.png`, and `.svg` where the name without it ends in `preview`, such as `preview.svg` and `star-preview.svg`.
     Picture,
 }
 
@@ -73,12 +73,18 @@ impl OutputKind {
     pub fn of(path: &Path) -> Result<Self, UnknownExtension> {
         Ok(match extension_among(path, Self::EXTENSIONS)? {
             "ply" | "obj" | "stl" | "glb" => Self::Mesh,
+            "svg" if is_preview(path) => Self::Picture,
             "svg" | "json" | "csv" | "dxf" => Self::Curve,
             "npz" => Self::Spline,
             "png" => Self::Picture,
             _ => Self::Field,
         })
     }
+}
+
+/// Whether the name says that a picture is meant, not lines for other programs to read.
+fn is_preview(path: &Path) -> bool {
+    path.file_stem().is_some_and(|stem| stem.to_string_lossy().to_ascii_lowercase().ends_with("preview"))
 }
 
 /// A path whose extension is none of the known ones.
@@ -157,6 +163,10 @@ mod tests {
             ("a.exr", OutputKind::Field),
             ("a.vti", OutputKind::Field),
             ("a.png", OutputKind::Picture),
+            ("out/Preview.SVG", OutputKind::Picture),
+            ("star-preview.svg", OutputKind::Picture),
+            ("preview/star.svg", OutputKind::Curve),
+            ("preview.json", OutputKind::Curve),
         ] {
             assert_eq!(OutputKind::of(Path::new(path)).unwrap(), kind, "{path}");
         }

@@ -41,6 +41,8 @@ pub struct SplineFile {
     pub coefficients: ArrayD<f64>,
     /// Level 1, 2, …, if the degree is 3 and all knots are uniform; each on knots halved once more.
     pub levels: Vec<SplineLevel>,
+    /// Whether the zero set was wanted only where the points are, which the function itself does not tell.
+    pub open: bool,
 }
 
 impl SplineFile {
@@ -55,7 +57,7 @@ impl SplineFile {
         degree: usize,
         coefficients: ArrayD<f64>,
     ) -> Result<Self, Malformed> {
-        let spline = Self { origin, knots, degree, coefficients, levels: vec![] };
+        let spline = Self { origin, knots, degree, coefficients, levels: vec![], open: false };
         match spline.problem() {
             Some(problem) => Err(Malformed::file(problem)),
             None => Ok(spline),
@@ -73,6 +75,12 @@ impl SplineFile {
             Some(problem) => Err(Malformed::file(problem)),
             None => Ok(Self { levels, ..self }),
         }
+    }
+
+    /// The same spline with its zero set wanted only where the points are, or not.
+    #[must_use]
+    pub fn with_open(self, open: bool) -> Self {
+        Self { open, ..self }
     }
 
     /// The number of axes, 2 or 3.
@@ -126,7 +134,7 @@ impl SplineFile {
 }
 
 /// Writes a spline as `.npz`: `version`, `origin`, `degree`, `knots_x`, `knots_y`\[, `knots_z`\], `coefficients`, and where there are
-/// levels `levels`, `level1_index`, `level1_coefficients`, …. Only indices are compressed: coefficients would shrink by little.
+/// levels `levels`, `level1_index`, `level1_coefficients`, …, and `open` if it is. Only indices are compressed: coefficients would shrink by little.
 ///
 /// # Errors
 /// [`WriteError`]; parts that do not fit are refused, and the file at `path` is replaced only when everything was written.
@@ -159,6 +167,9 @@ pub fn write_spline(path: impl AsRef<Path>, spline: &SplineFile) -> Result<(), W
             let [index, coefficients] = spline_level::entries(k);
             npz.add_array_with_options(index, &level.index, compressed).map_err(io::Error::other)?;
             npz.add_array(coefficients, &aview1(&level.coefficients)).map_err(io::Error::other)?;
+        }
+        if spline.open {
+            npz.add_array("open", &arr0(1_i64)).map_err(io::Error::other)?;
         }
         npz.finish().map(drop).map_err(io::Error::other)
     })
@@ -218,5 +229,10 @@ pub fn parse_spline(bytes: &[u8]) -> Result<SplineFile, Malformed> {
         let [index, coefficients] = spline_level::entries(k);
         levels.push(SplineLevel { index: archive.indices(&index)?, coefficients: archive.vector(&coefficients)? });
     }
-    root.with_levels(levels)
+    let open = match if archive.has("open") { archive.integer("open")? } else { 0 } {
+        0 => false,
+        1 => true,
+        other => return Err(Malformed::file(format!("open is {other}; 0 and 1 are known"))),
+    };
+    Ok(root.with_levels(levels)?.with_open(open))
 }

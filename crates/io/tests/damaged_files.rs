@@ -101,6 +101,7 @@ fn splines_that_do_not_fit_together_are_refused() {
     refused("\"level1_index\" but is of version 1", |npz, name| {
         name == "remark" && npz.add_array("level1_index", &arr0(1i64)).is_ok()
     });
+    refused("open is 7", |npz, name| name == "remark" && npz.add_array("open", &arr0(7i64)).is_ok());
     refused("degree -1", |npz, name| name == "degree" && npz.add_array(name, &arr0(-1i64)).is_ok());
     refused("degree 9", |npz, name| name == "degree" && npz.add_array(name, &arr0(9i64)).is_ok());
     refused("one number for all axes", |npz, name| name == "degree" && npz.add_array(name, &arr1(&[2i64, 3])).is_ok());

@@ -74,13 +74,14 @@ proptest! {
         origin in prop::array::uniform3(any_finite()),
         levels in 0usize..3,
         step in 1usize..40,
+        open: bool,
     ) {
         let shape: Vec<usize> = extra.iter().map(|e| degree + 1 + e).collect();
         let knots: Vec<Vec<f64>> = shape.iter().map(|n| (0..n + degree + 1).map(|k| k as f64 / 3.0).collect()).collect();
         let coefficients = ArrayD::from_shape_vec(shape.clone(), values[..shape.iter().product()].to_vec()).unwrap();
         let spline = SplineFile::new(origin[..shape.len()].to_vec(), knots, degree, coefficients).unwrap();
         let levels = if degree == 3 { (1..=levels).map(|k| level(&shape, k, step, &values)).collect() } else { vec![] };
-        let spline = spline.with_levels(levels).unwrap();
+        let spline = spline.with_levels(levels).unwrap().with_open(open);
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("f.npz");
         write_spline(&path, &spline).unwrap();

@@ -56,6 +56,7 @@ mod memory;
 mod noise;
 mod one_sided;
 mod options;
+mod oriented;
 mod point;
 mod reconstruct;
 mod refinement;
@@ -80,10 +81,9 @@ pub use extraction::{Figures, extract_curve, extract_surface};
 pub use frame::Frame;
 pub use memory::{MemoryReport, extraction_need, memory_limit};
 pub use options::{Normals, Options, Topology};
+pub use oriented::OrientedPoint;
 pub use point::Point;
-pub use reconstruct::{
-    OrientedPoint, Reconstruction, coarse_cells, reconstruct, reconstruct_watched, reconstruct_with_normals,
-};
+pub use reconstruct::{Reconstruction, coarse_cells, reconstruct, reconstruct_watched, reconstruct_with_normals};
 pub use report::{
     DistanceReport, ExtractionReport, FrameReport, InputReport, REPORT_VERSION, Report, StageFigures, StageReport,
     TrustReport,

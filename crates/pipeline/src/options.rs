@@ -75,8 +75,11 @@ pub enum Topology {
 }
 
 impl Options {
-    /// Refuses what is out of range.
-    pub(crate) fn check(&self) -> Result<(), ReconstructError> {
+    /// Refuses what is out of range whatever the points are, as every reconstruction does first.
+    ///
+    /// # Errors
+    /// [`ReconstructError::Option`].
+    pub fn check(&self) -> Result<(), ReconstructError> {
         if !(2..=5).contains(&self.degree) {
             return Err(ReconstructError::Option(format!("degree {} is not possible: choose 2 to 5", self.degree)));
         }

@@ -2,7 +2,6 @@
 
 use std::time::Instant;
 
-use serde::Serialize;
 use zeroset_bspline::{Derivatives, HierarchicalSpline, Spline};
 use zeroset_eikonal_sweep::{self as eikonal_sweep, Lattice};
 use zeroset_gefm::{self as gefm, KnownNormals};
@@ -327,47 +326,6 @@ impl<const D: usize> Reconstruction<D> {
     pub fn in_data_units(&self) -> Result<([f64; D], HierarchicalSpline<D>), ReconstructError> {
         Ok((self.frame.origin, self.spline.mapped(1.0 / self.frame.scale, [0.0; D])?))
     }
-
-    /// The points in data coordinates with their outward unit normals `∇f / ‖∇f‖` and a confidence between 0 and 1: 1
-    /// where the function passes through the point with a gradient of at least its usual length. The normals of noisy
-    /// points are those of f̂.
-    pub fn oriented(&self) -> Vec<OrientedPoint<D>> {
-        let evaluation = match &self.guide {
-            Some(guide) => guide.evaluate(&self.points, Derivatives::Gradient),
-            None => self.spline.evaluate(&self.points, Derivatives::Gradient),
-        };
-        let cell = self.domain.spacing(self.halvings);
-        let length = |g: &[f64; D]| g.iter().map(|g| g * g).sum::<f64>().sqrt();
-        let usual = evaluation.gradients.iter().map(length).sum::<f64>() / self.points.len().max(1) as f64;
-        self.points
-            .iter()
-            .zip(&self.outliers)
-            .zip(evaluation.values.iter().zip(&evaluation.gradients))
-            .map(|((point, outlier), (value, gradient))| {
-                let norm = length(gradient);
-                let direction = gradient.map(|g| if norm > 0.0 { g / norm } else { 0.0 });
-                // A residual of a cell leaves no confidence.
-                let confidence = (norm / usual.max(f64::MIN_POSITIVE)).min(1.0)
-                    * (1.0 - (value / norm.max(f64::MIN_POSITIVE) / cell).abs()).max(0.0);
-                OrientedPoint { position: self.frame.to_data(point), normal: direction, confidence, outlier: *outlier }
-            })
-            .collect()
-    }
-}
-
-/// A point of the input with the direction out of the shape.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct OrientedPoint<const D: usize> {
-    /// Data coordinates.
-    #[serde(skip)]
-    pub position: [f64; D],
-    /// Outward unit normal; zero where the gradient vanishes.
-    #[serde(skip)]
-    pub normal: [f64; D],
-    /// Between 0 and 1.
-    pub confidence: f64,
-    /// Whether it lies on no part of the surface, and was not fitted.
-    pub outlier: bool,
 }
 
 /// Collects the stages' reports.
