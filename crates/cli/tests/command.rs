@@ -110,6 +110,64 @@ fn a_saved_spline_is_evaluated_where_it_was_fitted() {
     zeroset().arg("info").arg(&points).assert().success();
 }
 
+/// Gradients against central differences of values, Hessians against those of gradients, at places in the middle of a function's box.
+fn derivatives_agree<const D: usize>(points: &Path, middle: [f64; D], reach: [f64; D]) {
+    let folder = TempDir::new().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    zeroset().args(["-q", "reconstruct"]).arg(points).arg("-o").arg(path("f.npz")).assert().success();
+    // Values have 16 digits: differences over h keep 9 of them.
+    let h = 1e-7 * reach[0];
+    let mut queries = Vec::new();
+    for i in 0..200 {
+        // Scattered evenly: irrational steps.
+        let place: [f64; D] = std::array::from_fn(|axis| {
+            middle[axis] + reach[axis] * (2.0 * (f64::from(i) * [0.8191, 0.6711, 0.5497][axis]).fract() - 1.0)
+        });
+        queries.push(place);
+        for axis in 0..D {
+            for step in [-h, h] {
+                queries.push(std::array::from_fn(|k| place[k] + if k == axis { step } else { 0.0 }));
+            }
+        }
+    }
+    ndarray_npy::write_npy(path("queries.npy"), &ndarray::Array2::from(queries)).unwrap();
+    zeroset()
+        .args(["-q", "eval"])
+        .arg(path("f.npz"))
+        .arg(path("queries.npy"))
+        .arg("-o")
+        .arg(path("table.npy"))
+        .assert()
+        .success();
+    let table: ndarray::Array2<f64> = ndarray_npy::read_npy(path("table.npy")).unwrap();
+    // Coordinates, value, gradient, upper half of the Hessian by rows.
+    let gradient = |row: usize, axis: usize| table[[row, D + 1 + axis]];
+    let hessian = |row: usize, a: usize, b: usize| table[[row, 2 * D + 1 + a * D - a * (a + 1) / 2 + b]];
+    let largest = |columns: std::ops::Range<usize>| {
+        columns.flat_map(|c| table.column(c).to_vec()).fold(0.0, |m: f64, x| m.max(x.abs()))
+    };
+    // The second derivative is continuous, but has kinks where cells meet: over h it changes by less than this share.
+    let [first, second] = [1e-6 * largest(D + 1..2 * D + 1), 1e-3 * largest(2 * D + 1..table.ncols())];
+    for row in (0..table.nrows()).step_by(2 * D + 1) {
+        for a in 0..D {
+            let [below, above] = [row + 1 + 2 * a, row + 2 + 2 * a];
+            let step = table[[above, a]] - table[[below, a]];
+            let slope = (table[[above, D]] - table[[below, D]]) / step;
+            assert!((slope - gradient(row, a)).abs() < first, "row {row}: {slope} for {}", gradient(row, a));
+            for b in a..D {
+                let bend = (gradient(above, b) - gradient(below, b)) / step;
+                assert!((bend - hessian(row, a, b)).abs() < second, "row {row}: {bend} for {}", hessian(row, a, b));
+            }
+        }
+    }
+}
+
+#[test]
+fn gradients_and_hessians_agree_with_differences() {
+    derivatives_agree(&fixture("star.xy"), [0.0; 2], [1.0; 2]);
+    derivatives_agree(&fixture("double_torus.ply"), [0.0; 3], [0.9, 0.5, 0.2]);
+}
+
 #[test]
 fn a_surface_becomes_a_mesh() {
     let folder = TempDir::new().unwrap();

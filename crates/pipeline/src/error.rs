@@ -32,6 +32,14 @@ pub enum InputError {
         /// Index of the point.
         index: usize,
     },
+    /// An array has not one column per coordinate.
+    #[error("the array has {found} columns: one for each of {needed} coordinates is needed")]
+    Columns {
+        /// Columns given.
+        found: usize,
+        /// Coordinates.
+        needed: usize,
+    },
     /// Not one normal per point.
     #[error("{found} normals were given for {needed} points: give one per point, or none")]
     Normals {

@@ -62,6 +62,7 @@ mod reconstruct;
 mod refinement;
 mod repetitions;
 mod report;
+mod rows;
 mod samples_around;
 mod sign;
 mod sign_field;
@@ -88,6 +89,7 @@ pub use report::{
     DistanceReport, ExtractionReport, FrameReport, InputReport, REPORT_VERSION, Report, StageFigures, StageReport,
     TrustReport,
 };
+pub use rows::rows;
 pub use samples_around::SamplesAround;
 pub use sign::{SignReport, synthesize};
 pub use sign_field::{SignField, sign_field};
