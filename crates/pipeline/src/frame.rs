@@ -20,7 +20,8 @@ pub struct Frame<const D: usize> {
 
 impl<const D: usize> Frame<D> {
     /// The frame of a point set, and the points in it. Points that repeat others, to a
-    /// millionth of the frame or as far as repeated measurements of a place differ, are taken once, the first in each place.
+    /// millionth of the frame or as far as repeated measurements of a place differ, are taken once, the first in each place; the
+    /// others are put into an order of their own, in which neighbours in space are near each other.
     ///
     /// # Errors
     /// Too few points, a coordinate that is not finite, all points equal, or all on one line (plane in 3D).
@@ -112,8 +113,9 @@ mod tests {
     fn the_longest_side_becomes_one() {
         let (frame, points) = Frame::of(&TETRAHEDRON).unwrap();
         assert_eq!(frame.sides, [1.0, 0.5, 0.5]);
-        assert_eq!(points[0], [-0.5, -0.25, -0.25]);
-        assert_eq!(frame.to_data(&points[4]), TETRAHEDRON[4]);
+        assert_eq!(frame.to_frame(&TETRAHEDRON[0]), [-0.5, -0.25, -0.25]);
+        assert_eq!(frame.to_data(&frame.to_frame(&TETRAHEDRON[4])), TETRAHEDRON[4]);
+        assert!(points.len() == 5 && TETRAHEDRON.iter().all(|p| points.contains(&frame.to_frame(p))));
     }
 
     #[test]

@@ -1,5 +1,6 @@
-//! Points that repeat others.
+//! Points that repeat others, and an order for the rest.
 
+use rayon::prelude::*;
 use rustc_hash::FxHashSet;
 
 /// Points are told apart to `2^-FINEST` of the frame, a millionth: detail of that size is far below any cell.
@@ -16,10 +17,18 @@ const HARDLY: f64 = 1.5;
 /// What a group is the points say themselves. The number of lattice cells that hold them, N(h), grows as the cells' side h is
 /// halved until each sample of the surface has its own cell. If N then stands still for several octaves before it grows again to at
 /// least twice that number, the points come in groups.
+///
+/// They come along a curve that stays in a cell until it has seen all of it (Morton 1966): what is near in space is near in memory,
+/// and in whatever order the points were given, the rest of the road sees the same one.
 pub fn without_repetitions<const D: usize>(points: &[[f64; D]]) -> Vec<[f64; D]> {
-    let octave = octave_of_groups(points);
+    let codes: Vec<u64> = points.par_iter().map(|p| morton(&cell(p, FINEST))).collect();
+    let mut sorted = codes.clone();
+    sorted.par_sort_unstable();
+    let octave = octave_of_groups::<D>(&sorted);
     let mut seen = FxHashSet::with_capacity_and_hasher(points.len(), Default::default());
-    points.iter().filter(|p| seen.insert(cell(p, octave))).copied().collect()
+    let mut kept: Vec<usize> = (0..points.len()).filter(|&index| seen.insert(cell(&points[index], octave))).collect();
+    kept.par_sort_unstable_by_key(|&index| (codes[index], index));
+    kept.into_iter().map(|index| points[index]).collect()
 }
 
 /// The lattice cell that a point lies in, by its indices.
@@ -28,12 +37,9 @@ fn cell<const D: usize>(point: &[f64; D], octave: u32) -> [i32; D] {
     point.map(|x| (x * f64::from(1u32 << octave)).round() as i32)
 }
 
-/// Cells of side `2^-octave` hold one group each.
-fn octave_of_groups<const D: usize>(points: &[[f64; D]]) -> u32 {
-    // Sorted along a curve that stays in a cell until it has seen all of it (Morton 1966): neighbours on it first differ at the
-    // octave at which their cells do.
-    let mut codes: Vec<u64> = points.iter().map(|p| morton(&cell(p, FINEST))).collect();
-    codes.sort_unstable();
+/// Cells of side `2^-octave` hold one group each; `codes` are sorted.
+fn octave_of_groups<const D: usize>(codes: &[u64]) -> u32 {
+    // Neighbours on the curve first differ at the octave at which their cells do.
     let mut occupied = [1usize; FINEST as usize + 1];
     for pair in codes.windows(2) {
         let differ = pair[0] ^ pair[1];
@@ -89,13 +95,33 @@ mod tests {
 
     #[test]
     fn uneven_samples_are_kept() {
-        assert_eq!(without_repetitions(&circle(1000)), circle(1000));
+        let sorted = |mut points: Vec<[f64; 2]>| {
+            points.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
+            points
+        };
+        assert_eq!(sorted(without_repetitions(&circle(1000))), sorted(circle(1000)));
         // A hundred times denser in one part.
         let mut uneven = circle(100);
         uneven.extend((0..1000).map(|i| 1e-5 * 62.8 * f64::from(i)).map(|t| [0.5 * t.cos() + 1e-4, 0.5 * t.sin()]));
-        assert_eq!(without_repetitions(&uneven), uneven);
+        assert_eq!(sorted(without_repetitions(&uneven)), sorted(uneven));
         let lattice: Vec<[f64; 3]> =
             (0..1000).map(|i| [i % 10, i / 10 % 10, i / 100].map(|x| f64::from(x) / 10.0 - 0.45)).collect();
-        assert_eq!(without_repetitions(&lattice), lattice);
+        assert_eq!(without_repetitions(&lattice).len(), lattice.len());
+    }
+
+    #[test]
+    fn neighbours_follow_each_other_in_whatever_order_they_came() {
+        let lattice: Vec<[f64; 2]> =
+            (0..4096).map(|i| [f64::from(i % 64), f64::from(i / 64)].map(|x| x / 64.0 - 0.5)).collect();
+        let ordered = without_repetitions(&lattice);
+        // Four by four neighbours, sixteen after sixteen.
+        for patch in ordered.chunks(16) {
+            assert!(
+                (0..2).all(|axis| patch.iter().all(|p| (p[axis] - patch[0][axis]).abs() < 4.0 / 64.0)),
+                "{patch:?}"
+            );
+        }
+        let shuffled: Vec<[f64; 2]> = (0..4096).map(|i| lattice[i * 1531 % 4096]).collect();
+        assert_eq!(without_repetitions(&shuffled), ordered);
     }
 }
