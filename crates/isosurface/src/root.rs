@@ -142,6 +142,13 @@ mod tests {
     }
 
     #[test]
+    fn values_alone_are_joined_by_a_straight_line() {
+        let none: Option<&Line<fn(f64) -> (f64, f64)>> = None;
+        let zero = on_segment(none, &[0.0, 5.0], &[1.0, 7.0], [-1.0, 3.0], &Options::default());
+        assert_eq!(zero, Zero::held([0.25, 5.5]));
+    }
+
+    #[test]
     fn vertices_keep_off_the_nodes_and_report_foreign_samples() {
         let at_node = solve(|x| (x - 1.0, 1.0));
         assert!(at_node.reached && at_node.position[0] == 1.0 - MARGIN);

@@ -121,3 +121,23 @@ fn powers_of_two_change_no_bit() {
         assert_eq!(changed.frame.scale * scale, plain.frame.scale);
     }
 }
+
+/// All coefficients of f, and where the points are, to the bit.
+fn bits<const D: usize>(result: &Reconstruction<D>) -> Vec<u64> {
+    let levels = result.spline.levels().iter().flat_map(|level| level.corrections());
+    let numbers = result.spline.root().as_flat().iter().chain(levels).chain(result.points.as_flattened());
+    numbers.map(|x| x.to_bits()).collect()
+}
+
+#[test]
+fn the_order_of_the_points_changes_no_bit() {
+    let order = |stride| Change { axes: [0, 1], signs: [1.0; 2], scale: 1.0, shift: 0.0, stride };
+    let Points::Two(set) = fixture("star.xy") else { panic!("an outline") };
+    let found = |stride| bits(&reconstruct(&order(stride).points(&set.points), &Options::default()).unwrap());
+    assert_eq!(found(1), found(37));
+    let order = |stride| Change { axes: [0, 1, 2], signs: [1.0; 3], scale: 1.0, shift: 0.0, stride };
+    let Points::Three(set) = fixture("double_torus.ply") else { panic!("a surface") };
+    let options = Options { resolution: Some(32), ..Options::default() };
+    let found = |stride| bits(&reconstruct(&order(stride).points(&set.points), &options).unwrap());
+    assert_eq!(found(1), found(1001));
+}
