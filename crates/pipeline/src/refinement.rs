@@ -40,6 +40,8 @@ const CG_STEPS: f64 = 12.0;
 const NOISY: f64 = 0.1;
 /// The fit comes as close to the points as so many standard deviations of their noise: closer, it makes handles.
 const NOISE_LEFT: f64 = 1.05;
+/// Held-out points this close, in spacings, leave nothing to see: of a perfectly smooth shape finer levels would go on forever.
+const CLOSE_ENOUGH: f64 = 1e-4;
 /// The first smoothing length, in that of the ladder's choice, and at least so many standard deviations of the noise.
 const FIRST_LENGTH: f64 = 2.0;
 const FIRST_LENGTH_NOISE: f64 = 3.0;
@@ -218,6 +220,7 @@ impl<const D: usize> Refinement<'_, D> {
             smallest_smoothing_length: 0.05 * spacing,
             third_order: Some(SECOND_ORDER * spacing),
             noise: noise.map(|noise| NOISE_LEFT * noise),
+            close_enough: CLOSE_ENOUGH * spacing,
             // The more cells lie between points, the more work it is to bring word from one to the next.
             cg_steps: (CG_STEPS * (spacing / cell).max(1.0)).ceil() as usize,
             cancel: self.cancel.clone(),

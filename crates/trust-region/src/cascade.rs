@@ -72,6 +72,8 @@ pub(crate) struct Cascade<'a, const D: usize> {
     smoothing_length: f64,
     /// Whether the points are fitted as closely as their noise allows.
     at_noise: bool,
+    /// Whether the held-out points are as close as is wanted.
+    is_close: bool,
 }
 
 impl<'a, const D: usize> Cascade<'a, D> {
@@ -98,6 +100,7 @@ impl<'a, const D: usize> Cascade<'a, D> {
             energy,
             smoothing_length: options.smoothing_length,
             at_noise: false,
+            is_close: false,
         })
     }
 
@@ -136,7 +139,7 @@ impl<'a, const D: usize> Cascade<'a, D> {
         let mut spline = HierarchicalSpline::new(near.corrected(dense, &first.corrections)?)?;
         let mut found = vec![first];
         for (number, active) in (1..).zip(band.active()) {
-            if self.at_noise || ends_before(number) {
+            if self.at_noise || self.is_close || ends_before(number) {
                 break;
             }
             spline.push_level(Arc::clone(active))?;
@@ -226,9 +229,10 @@ impl<'a, const D: usize> Cascade<'a, D> {
             }
             steps.push(step);
             idle = if better { 0 } else { idle + 1 };
+            self.is_close = best_errors.held_out.is_some_and(|error| error < self.options.close_enough);
             let sooner = usize::from(!finer && best_step.is_some());
             let patience = (self.options.patience - sooner).max(1);
-            if idle >= patience || self.at_noise || self.options.cancel.is_cancelled() {
+            if idle >= patience || self.at_noise || self.is_close || self.options.cancel.is_cancelled() {
                 break;
             }
         }

@@ -24,6 +24,9 @@ pub struct LevelOptions {
     /// Standard deviation of the points' distances from their surface, where it is known and not small beside their spacing:
     /// ℓ falls until the Sampson distances are as large as that, and held-out points are not asked (Morozov 1966). Positive.
     pub noise: Option<f64>,
+    /// Held-out points that are as close as this in the root mean square are close enough: there are no more steps and no finer levels.
+    /// Not negative; 0 for never.
+    pub close_enough: f64,
     /// A level ends after so many steps in a row that bring nothing; the finest, whose steps cost most, one step earlier if a step
     /// of it has brought something. At least 1.
     pub patience: usize,
@@ -57,6 +60,7 @@ impl Default for LevelOptions {
             decay: 0.1,
             third_order: None,
             noise: None,
+            close_enough: 0.0,
             patience: 2,
             steps: 8,
             cg_steps: 24,
@@ -144,6 +148,12 @@ impl LevelOptions {
                 "a positive length is needed",
             ),
             ("noise", self.noise.unwrap_or(1.0), self.noise.is_none_or(positive), "a positive length is needed"),
+            (
+                "close_enough",
+                self.close_enough,
+                self.close_enough.is_finite() && self.close_enough >= 0.0,
+                "a length of at least zero is needed",
+            ),
             ("patience", self.patience as f64, self.patience >= 1, "at least one step is needed"),
             ("steps", self.steps as f64, self.steps >= 1, "at least one step is needed"),
             ("cg_steps", self.cg_steps as f64, self.cg_steps >= 1, "at least one step is needed"),

@@ -116,6 +116,24 @@ fn held_out_points_restrain_the_fit() {
 }
 
 #[test]
+fn close_enough_ends_the_search() {
+    let points = flower(3000, 0.0);
+    let (initial, _) = initial(&points, 0.01);
+    let band = CellBand::new(initial.knots(), &points, &vec![5; points.len()], [3, 3]).unwrap();
+    let options = LevelOptions { density: 1000.0, smoothing_length: 0.01, ..Default::default() };
+    let (finest, _) = refine_levels(&points, None, None, &initial, &band, &options).unwrap();
+    let wanted = 1e-5;
+    let content = LevelOptions { close_enough: wanted, ..options };
+    let (f, report) = refine_levels(&points, None, None, &initial, &band, &content).unwrap();
+    check_report(&report);
+    assert!(f.levels().len() < finest.levels().len(), "{} of {}", f.levels().len(), finest.levels().len());
+    // The held-out points are a sample.
+    assert!(error(&f) < 1.5 * wanted && error(&finest) < 0.1 * wanted, "{:e} {:e}", error(&f), error(&finest));
+    let none = LevelOptions { close_enough: -1.0, ..content };
+    assert!(refine_levels(&points, None, None, &initial, &band, &none).is_err());
+}
+
+#[test]
 fn places_off_the_surface_keep_their_side() {
     // The top of the circle has no points. A place above it is to be inside, and one below it may stay where it is.
     let all = (0..400).map(|i| (std::f64::consts::TAU * f64::from(i) / 400.0).sin_cos());
