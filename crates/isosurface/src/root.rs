@@ -116,6 +116,9 @@ mod tests {
 
     struct Line<F>(F);
 
+    /// Value and slope.
+    type Along = fn(f64) -> (f64, f64);
+
     impl<F: Fn(f64) -> (f64, f64) + Sync> ImplicitFunction<2> for Line<F> {
         fn value_and_gradient(&self, x: &[f64; 2]) -> (f64, [f64; 2]) {
             let (value, slope) = (self.0)(x[0]);
@@ -143,8 +146,7 @@ mod tests {
 
     #[test]
     fn values_alone_are_joined_by_a_straight_line() {
-        let none: Option<&Line<fn(f64) -> (f64, f64)>> = None;
-        let zero = on_segment(none, &[0.0, 5.0], &[1.0, 7.0], [-1.0, 3.0], &Options::default());
+        let zero = on_segment(None::<&Line<Along>>, &[0.0, 5.0], &[1.0, 7.0], [-1.0, 3.0], &Options::default());
         assert_eq!(zero, Zero::held([0.25, 5.5]));
     }
 
