@@ -24,8 +24,8 @@ pub struct LevelOptions {
     /// Standard deviation of the points' distances from their surface, where it is known and not small beside their spacing:
     /// ℓ falls until the Sampson distances are as large as that, and held-out points are not asked (Morozov 1966). Positive.
     pub noise: Option<f64>,
-    /// Held-out points that are as close as this in the root mean square are close enough: there are no more steps and no finer levels.
-    /// Not negative; 0 for never.
+    /// Once the mean error of the held-out points is below this, there are no more steps and no finer levels. Not negative; 0 for
+    /// never.
     pub close_enough: f64,
     /// A level ends after so many steps in a row that bring nothing; the finest, whose steps cost most, one step earlier if a step
     /// of it has brought something. At least 1.
