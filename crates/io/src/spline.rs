@@ -134,7 +134,8 @@ impl SplineFile {
 }
 
 /// Writes a spline as `.npz`: `version`, `origin`, `degree`, `knots_x`, `knots_y`\[, `knots_z`\], `coefficients`, and where there are
-/// levels `levels`, `level1_index`, `level1_coefficients`, …, and `open` if it is. Only indices are compressed: coefficients would shrink by little.
+/// levels `levels`, `level1_index`, `level1_coefficients`, …, and `open` if it is. Only indices are compressed: coefficients would
+/// shrink by little.
 ///
 /// # Errors
 /// [`WriteError`]; parts that do not fit are refused, and the file at `path` is replaced only when everything was written.
@@ -229,7 +230,8 @@ pub fn parse_spline(bytes: &[u8]) -> Result<SplineFile, Malformed> {
         let [index, coefficients] = spline_level::entries(k);
         levels.push(SplineLevel { index: archive.indices(&index)?, coefficients: archive.vector(&coefficients)? });
     }
-    let open = match if archive.has("open") { archive.integer("open")? } else { 0 } {
+    let open = if archive.has("open") { archive.integer("open")? } else { 0 };
+    let open = match open {
         0 => false,
         1 => true,
         other => return Err(Malformed::file(format!("open is {other}; 0 and 1 are known"))),

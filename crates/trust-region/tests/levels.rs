@@ -119,13 +119,18 @@ fn finer_cells_only_where_they_are_wanted() {
     assert!(f.levels()[2].cells().iter().all(|cell| -0.75 + f64::from(cell[0]) / 64.0 > 0.2 - 5.0 / 64.0));
 }
 
+/// A dense refinement with five levels above it for 3000 points, which lie on a length of 2.9, and settings.
+fn five_levels(points: &[[f64; 2]]) -> (Spline<2>, CellBand<2>, LevelOptions) {
+    let (initial, _) = initial(points, 0.01);
+    let band = CellBand::new(initial.knots(), points, &vec![5; points.len()], [3, 3]).unwrap();
+    (initial, band, LevelOptions { density: 1000.0, smoothing_length: 0.01, ..Default::default() })
+}
+
 #[test]
 fn held_out_points_restrain_the_fit() {
+    // The noise is as large as the spacing.
     let points = flower(3000, 0.001);
-    let (initial, _) = initial(&points, 0.01);
-    let band = CellBand::new(initial.knots(), &points, &vec![5; points.len()], [3, 3]).unwrap();
-    // 3000 points on a length of 2.9; the noise is as large as the spacing.
-    let options = LevelOptions { density: 1000.0, smoothing_length: 0.01, ..Default::default() };
+    let (initial, band, options) = five_levels(&points);
     let (f, report) = refine_levels(&points, None, None, &initial, &band, &options).unwrap();
     check_report(&report);
     let stubborn = LevelOptions { holdout: 0.0, ..options };
@@ -140,9 +145,7 @@ fn held_out_points_restrain_the_fit() {
 #[test]
 fn close_enough_ends_the_search() {
     let points = flower(3000, 0.0);
-    let (initial, _) = initial(&points, 0.01);
-    let band = CellBand::new(initial.knots(), &points, &vec![5; points.len()], [3, 3]).unwrap();
-    let options = LevelOptions { density: 1000.0, smoothing_length: 0.01, ..Default::default() };
+    let (initial, band, options) = five_levels(&points);
     let (finest, _) = refine_levels(&points, None, None, &initial, &band, &options).unwrap();
     let wanted = 1e-5;
     let content = LevelOptions { close_enough: wanted, ..options };
