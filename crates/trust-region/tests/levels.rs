@@ -203,54 +203,70 @@ fn distances<const D: usize>(f: &impl zeroset_bspline::Implicit<D>, places: &[[f
 }
 
 /// The banded and the dense function with the same w, both solved to convergence; `levels` is how often the cells of `coarse` are
-/// halved. Largest difference of their distances from places on the surface.
+/// halved, `tolerance` how far residuals fall. Largest difference of their distances from places on the surface.
 fn apart<const D: usize>(
     coarse: &Spline<D>,
     points: &[[f64; D]],
     places: &[[f64; D]],
-    spacing: f64,
+    [spacing, smoothing_length]: [f64; 2],
     levels: u8,
+    tolerance: f64,
 ) -> f64 {
     let band = CellBand::new(coarse.knots(), points, &vec![levels; points.len()], [5, 5]).unwrap();
     let finest = LevelOptions {
-        smoothing_length: spacing,
+        smoothing_length,
         decay: 1.0,
         steps: 4,
         cg_steps: 400,
-        cg_tolerance: 1e-10,
+        cg_tolerance: tolerance,
         holdout: 0.0,
         ..LevelOptions::for_spacing::<D>(spacing)
     };
     let (banded, report) = refine_levels(points, None, None, coarse, &band, &finest).unwrap();
     let last = &report.levels[usize::from(levels)];
-    assert!((last.steps[0].smoothing_length - spacing).abs() < 1e-12);
+    assert!((last.steps[0].smoothing_length - smoothing_length).abs() < 1e-12);
     let dense = Options {
         density: finest.density,
-        smoothing_length: spacing,
-        smallest_smoothing_length: spacing,
+        smoothing_length,
+        smallest_smoothing_length: smoothing_length,
         decay: 1.0,
         normalisation: Normalisation::MeanGradient,
-        most_cg_steps: 1000,
-        cg_tolerance: 1e-10,
+        most_cg_steps: 2000,
+        cg_tolerance: tolerance,
         holdout: 0.0,
-        relative_decrease: 1e-12,
+        relative_decrease: 0.01 * tolerance,
         most_iterations: 8,
         ..Options::default()
     };
-    let fine = (0..levels).fold(coarse.clone(), |f, _| f.halved().unwrap());
-    let (full, _) = refine(points, None, &fine, &dense).unwrap();
+    // Nested iteration: the minimum does not depend on the start, the time does.
+    let full = (0..levels).fold(coarse.clone(), |f, _| refine(points, None, &f.halved().unwrap(), &dense).unwrap().0);
     let (a, b) = (distances(&banded, places), distances(&full, places));
     a.iter().zip(&b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 
-/// In the plane; the size is 1.
+/// In the plane; the size is 1. For w as on clean data: far from the curve the dense function is as fair as can be and the banded one
+/// is the coarse function, and what that does to the zero set falls with ℓ³ (1e-4 for an ℓ of one spacing, in space 2e-3).
 #[test]
 fn curves_agree_with_the_dense_lattice() {
     let points = flower(800, 0.0);
     let (coarse, _) = initial(&points, 0.003);
     for levels in [3, 4] {
-        let apart = apart(&coarse, &points, &flower(500, 0.0), 0.003, levels);
+        let apart = apart(&coarse, &points, &flower(500, 0.0), [0.003, 0.0015], levels, 1e-10);
         assert!(apart < 1e-4, "{} cells: {apart:e}", 8 << levels);
+    }
+}
+
+/// In space; the size is 1.
+#[test]
+#[ignore = "half an hour: the dense lattice of 128 cells has two million coefficients"]
+fn surfaces_agree_with_the_dense_lattice() {
+    let (points, places) = (torus(20_000, 0.0), torus(5000, 0.4));
+    // The torus has an area of 2.07.
+    let spacing = (2.07_f64 / 20_000.0).sqrt();
+    for levels in [2, 3] {
+        let apart = apart(&torus_initial(16), &points, &places, [spacing, 0.25 * spacing], levels, 1e-6);
+        println!("{} cells: {apart:.2e} of the size", 16 << levels);
+        assert!(apart < 1e-4, "{} cells: {apart:e}", 16 << levels);
     }
 }
 
