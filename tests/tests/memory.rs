@@ -1,5 +1,7 @@
 //! The memory that is told before a run is about what the run takes, and a limit is kept.
 
+#![allow(clippy::unwrap_used, reason = "a panic is how a test fails")]
+
 use peak_alloc::PeakAlloc;
 use zeroset::{MemoryReport, Options, ReconstructError, extract_surface, reconstruct};
 

@@ -75,8 +75,9 @@ impl<const D: usize> Spline<D> {
                 .collect();
             shape = new_shape;
         }
-        // The loop above fills exactly this shape.
-        ArrayD::from_shape_vec(shape.to_vec(), values).expect("one bound per cell")
+        #[expect(clippy::expect_used, reason = "the loop above fills exactly this shape")]
+        let bounds = ArrayD::from_shape_vec(shape.to_vec(), values).expect("one bound per cell");
+        bounds
     }
 }
 

@@ -66,6 +66,7 @@ impl<const D: usize> Collocation<D> {
         let mut cells: Vec<(usize, usize)> =
             points.par_iter().enumerate().with_min_len(CHUNK).map(first).collect::<Result<_, _>>()?;
         cells.par_sort_unstable();
+        #[expect(clippy::expect_used, reason = "every point had a span along every axis when its cell was found")]
         let basis = cells
             .par_iter()
             .with_min_len(CHUNK)

@@ -70,8 +70,9 @@ impl<const D: usize> Spline<D> {
             values = apply_along(&values, &shape, axis, collocation.rows(), |i| collocation.row(i));
             shape[axis] = axes[axis].len();
         }
-        // The passes above fill exactly this shape.
-        ArrayD::from_shape_vec(shape.to_vec(), values).expect("one value per node")
+        #[expect(clippy::expect_used, reason = "the passes above fill exactly this shape")]
+        let samples = ArrayD::from_shape_vec(shape.to_vec(), values).expect("one value per node");
+        samples
     }
 
     /// Samples value, gradient and Hessian on a lattice, each by its own separable passes. See [`Spline::sample`].

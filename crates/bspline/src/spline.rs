@@ -161,12 +161,11 @@ impl<const D: usize> Spline<D> {
     }
 
     fn basis(&self, x: &[f64; D], order: usize) -> Option<[Basis; D]> {
-        let mut basis = [None; D];
-        for axis in 0..D {
-            basis[axis] = Some(Basis::at(&self.knots[axis], x[axis], order)?);
+        let mut basis = [Basis::at(&self.knots[0], x[0], order)?; D];
+        for axis in 1..D {
+            basis[axis] = Basis::at(&self.knots[axis], x[axis], order)?;
         }
-        // Every entry was filled by the loop above.
-        Some(basis.map(|b| b.expect("filled for every axis")))
+        Some(basis)
     }
 
     fn partial(&self, basis: &[Basis; D], order: [usize; D]) -> f64 {

@@ -1,5 +1,7 @@
 //! The cells that bounds leave over are enough, few, and have the right values at their corners.
 
+#![allow(clippy::unwrap_used, reason = "a panic is how a test fails")]
+
 use proptest::prelude::*;
 use std::sync::Arc;
 use zeroset_bspline::{BandError, CellBand, CrossedCells, HierarchicalSpline, IndexSet, KnotVector, Spline};

@@ -1,5 +1,7 @@
 //! What every implicit function must satisfy, and what holds for hierarchies of levels alone.
 
+#![allow(clippy::unwrap_used, reason = "a panic is how a test fails")]
+
 use proptest::prelude::*;
 use std::sync::Arc;
 use zeroset_bspline::{

@@ -1,5 +1,7 @@
 //! The command as a user meets it: outputs that other programs can read, and an answer to every bad input.
 
+#![allow(clippy::unwrap_used, reason = "a panic is how a test fails")]
+
 use std::fs;
 use std::path::{Path, PathBuf};
 

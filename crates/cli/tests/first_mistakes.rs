@@ -1,6 +1,8 @@
 //! What a new user gets wrong, and every word of the answer: what was wrong, and what to do next. The answers are in `snapshots/`;
 //! `INSTA_UPDATE=always cargo test -p zeroset-cli --test first_mistakes` writes them anew, to be read before they are committed.
 
+#![allow(clippy::unwrap_used, reason = "a panic is how a test fails")]
+
 use std::fs;
 use std::path::{Path, PathBuf};
 

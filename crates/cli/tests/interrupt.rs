@@ -1,4 +1,6 @@
 //! Ctrl-C at any moment of a run: it ends soon, says so, and leaves no file behind.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a panic is how a test fails")]
 #![cfg(unix)]
 
 use std::fs;

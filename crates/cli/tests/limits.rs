@@ -1,4 +1,6 @@
 //! Out of time, out of disk, no permission, nobody listening, killed: the run says so, files that stood there stay, the next run works.
+
+#![allow(clippy::unwrap_used, reason = "a panic is how a test fails")]
 #![cfg(unix)]
 
 use std::fs;

@@ -1,5 +1,7 @@
 //! Manual pages and completions: those of the repository are those of the program. (Without the features `las` and `e57` there are
 //! fewer formats to complete.)
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a panic is how a test fails")]
 #![cfg(all(feature = "las", feature = "e57"))]
 
 use std::collections::BTreeMap;

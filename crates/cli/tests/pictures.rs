@@ -1,5 +1,7 @@
 //! Pictures as a user asks for them.
 
+#![allow(clippy::unwrap_used, reason = "a panic is how a test fails")]
+
 use std::fs;
 use std::path::{Path, PathBuf};
 

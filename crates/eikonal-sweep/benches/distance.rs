@@ -3,6 +3,8 @@
 //! Clouds are analytic stand-ins with the paper's point counts: a flat double torus, and a sphere for the teapot.
 //! Throughput counts nodes over the whole solve: initialization, 2^D sweeps and output.
 
+#![allow(clippy::expect_used, reason = "a panic is how a bench fails")]
+
 use std::f64::consts::{PI, TAU};
 use std::hint::black_box;
 

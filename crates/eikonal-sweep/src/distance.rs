@@ -160,18 +160,22 @@ pub fn distance<const D: usize>(
             (squared.into_iter().map(to_frame).collect(), Some(nearest), None)
         }
     };
-    let shape = IxDyn(&lattice.shape());
+    let shape = lattice.shape();
     let report = Report {
         sweeps: swept.as_ref().map_or(0, |swept| swept.sweeps),
         last_change: swept.as_ref().map_or(0.0, |swept| swept.last_change * h),
         converged: swept.as_ref().is_none_or(|swept| swept.last_change == 0.0),
     };
-    let one_per_node = "one value per node of the lattice";
     Ok(Distance {
-        values: ArrayD::from_shape_vec(shape.clone(), values).expect(one_per_node),
-        nearest: nearest.map(|nearest| ArrayD::from_shape_vec(shape, nearest).expect(one_per_node)),
+        values: on_lattice(&shape, values),
+        nearest: nearest.map(|nearest| on_lattice(&shape, nearest)),
         report,
     })
+}
+
+#[expect(clippy::expect_used, reason = "every method fills the lattice, one value per node")]
+fn on_lattice<T>(shape: &[usize], values: Vec<T>) -> ArrayD<T> {
+    ArrayD::from_shape_vec(IxDyn(shape), values).expect("one value per node of the lattice")
 }
 
 /// The points in lattice units, checked.

@@ -1,5 +1,7 @@
 //! What the distance promises, for all methods, in the plane and in space.
 
+#![allow(clippy::unwrap_used, reason = "a panic is how a test fails")]
+
 use std::f64::consts::TAU;
 
 use ndarray::{ArrayD, Axis};

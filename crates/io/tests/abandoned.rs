@@ -1,5 +1,7 @@
 //! Abandoned writes leave nothing behind. In a file of its own, since nothing can be written in the process afterwards.
 
+#![allow(clippy::unwrap_used, reason = "a panic is how a test fails")]
+
 use std::sync::mpsc;
 
 use zeroset_io::{WriteError, abandon_writes, write_report};

@@ -1,5 +1,7 @@
 //! PLY files on which readers in the wild fail, each as a test.
 
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a panic is how a test fails")]
+
 use std::time::{Duration, Instant};
 
 use zeroset_io::{Attribute, NumberKind, PointSet, Points, ReadError, read_points};

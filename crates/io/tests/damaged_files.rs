@@ -1,5 +1,7 @@
 //! Files that are not what they claim are refused with a sentence that helps.
 
+#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a panic is how a test fails")]
+
 use std::io::Cursor;
 
 use ndarray::{Array1, Array2, arr0, arr1, arr2};

@@ -1,5 +1,7 @@
 //! Files that other programs wrote hold the points that these programs put in.
 
+#![allow(clippy::panic, reason = "a panic is how a test fails")]
+
 use std::path::PathBuf;
 
 use zeroset_io::{Points, read_points};

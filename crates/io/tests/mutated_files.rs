@@ -3,6 +3,8 @@
 //! `ZEROSET_MUTATIONS=100000 cargo test -p zeroset-io --release --test mutated_files` runs more cases than the usual 2 000. The bytes
 //! of a case that fails are left in the folder that the message names.
 
+#![allow(clippy::unwrap_used, reason = "a panic is how a test fails")]
+
 use std::cell::Cell;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, Once, PoisonError};

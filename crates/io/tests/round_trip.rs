@@ -1,5 +1,7 @@
 //! What is written comes back, bit for bit where f64 is stored.
 
+#![allow(clippy::panic, reason = "a panic is how a test fails")]
+
 use std::io::Cursor;
 use std::path::Path;
 

@@ -1,5 +1,7 @@
 //! Files for other programs hold what their formats ask for.
 
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a panic is how a test fails")]
+
 use std::path::Path;
 
 use ndarray::{Array2, Array3};

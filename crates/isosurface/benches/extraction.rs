@@ -1,6 +1,8 @@
 //! Extraction on 128³ samples of an analytic field, with and without the function, and on noise, where every cell is cut; and
 //! of a torus with three band levels from the cells of a 256³ lattice that bounds do not rule out.
 
+#![allow(clippy::expect_used, reason = "a panic is how a bench fails")]
+
 use std::hint::black_box;
 use std::sync::Arc;
 

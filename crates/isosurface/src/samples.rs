@@ -37,7 +37,7 @@ impl<const D: usize> LatticeSamples<D> {
             return Err(Error::Shape { values: values.shape().to_vec(), axes: lengths.to_vec() });
         }
         let values = values.as_standard_layout();
-        // In standard layout by the line before.
+        #[expect(clippy::expect_used, reason = "in standard layout by the line before")]
         let flat = values.as_slice().expect("standard layout");
         let whole = [Run { from: 0, to: lengths[D - 1] as u32 - 1, first: 0 }];
         let row = |node: &[usize; D]| {
@@ -65,7 +65,7 @@ impl<const D: usize> LatticeSamples<D> {
                 function.value(&x)
             })
             .collect();
-        // One value was made per node.
+        #[expect(clippy::expect_used, reason = "one value was made per node")]
         let values = ArrayD::from_shape_vec(shape.to_vec(), values).expect("one value per node");
         Self::new(axes, values)
     }

@@ -185,6 +185,7 @@ impl Grid<'_> {
         for j in 0..self.shape[1] - 1 {
             for run in self.samples.cells().row(i * (self.shape[1] - 1) + j) {
                 // The four rows of corners along the run.
+                #[expect(clippy::expect_used, reason = "the corners of every cell of a run are nodes")]
                 let rows = [(i, j), (i + 1, j), (i, j + 1), (i + 1, j + 1)]
                     .map(|(i, j)| nodes.find(self.row(i, j), run.from).expect("corners of cells are nodes"));
                 for k in run.from..run.to {

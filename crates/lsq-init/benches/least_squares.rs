@@ -1,6 +1,8 @@
 //! 128³ values on 64³ coefficients (two nodes per cell) and on 127³ (one node per cell, as the pipeline fits), on all
 //! threads and on one.
 
+#![allow(clippy::expect_used, reason = "a panic is how a bench fails")]
+
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use ndarray::ArrayD;
 use zeroset_bspline::KnotVector;

@@ -1,5 +1,7 @@
 //! The fit of equation (15) against its dense normal equations, and against what follows from them.
 
+#![allow(clippy::unwrap_used, reason = "a panic is how a test fails")]
+
 use std::fs::File;
 use std::path::Path;
 

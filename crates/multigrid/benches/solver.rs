@@ -4,6 +4,8 @@
 //! `-- --threads N` sets the number of threads (1), `-- --sparse N` takes every N-th point, `-- --copies N` puts N points, shifted
 //! along the three axes by parts of the spacing, in the place of each, `-- --most-cells N` leaves out finer lattices.
 
+#![allow(clippy::expect_used, reason = "a panic is how a bench fails")]
+
 use std::time::Instant;
 use zeroset_bspline::{Collocation, KnotVector};
 use zeroset_multigrid::{Multigrid, NormalOperator, SolveOptions};

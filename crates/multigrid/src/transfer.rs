@@ -101,12 +101,13 @@ impl<const D: usize> Transfer<D> {
             up.push(map);
         }
         let shape = |knots: &[KnotVector; D]| knots.each_ref().map(KnotVector::basis_count);
+        #[expect(clippy::expect_used, reason = "one was pushed per axis")]
+        let per_axis = |maps: Vec<AxisMap>| -> [AxisMap; D] { maps.try_into().expect("one map per axis") };
         Ok(Self {
             coarse: shape(coarse),
             fine: shape(fine),
-            // One was pushed per axis.
-            up: up.try_into().expect("one map per axis"),
-            down: down.try_into().expect("one map per axis"),
+            up: per_axis(up),
+            down: per_axis(down),
             buffer: Scratch::new(),
         })
     }

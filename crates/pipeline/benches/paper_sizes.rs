@@ -1,6 +1,8 @@
 //! The paper's two examples: generalized eigenvector fitting (three iterations on 16 cells), distance by Godunov sweeping
 //! on the paper's lattices, and the whole reconstruction of the double torus.
 
+#![allow(clippy::expect_used, clippy::unreachable, reason = "a panic is how a bench fails")]
+
 use criterion::{Criterion, criterion_group, criterion_main};
 use zeroset::eikonal_sweep::{self, Lattice, Method};
 use zeroset::{Domain, Frame, Options, Spacing, gefm, reconstruct};

@@ -52,8 +52,9 @@ impl<const D: usize> Domain<D> {
         for axis in 0..D {
             knots.push(KnotVector::uniform(degree, self.lower[axis], self.spacing(halvings), cells[axis])?);
         }
-        // One was pushed per axis.
-        Ok(knots.try_into().expect("one knot vector per axis"))
+        #[expect(clippy::expect_used, reason = "one was pushed per axis")]
+        let knots = knots.try_into().expect("one knot vector per axis");
+        Ok(knots)
     }
 
     /// Uniform knot vectors on cells twice as wide as those of the coarsest lattice.

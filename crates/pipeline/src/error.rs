@@ -13,6 +13,12 @@ pub enum InputError {
         /// Points needed.
         needed: usize,
     },
+    /// More points than can be numbered.
+    #[error("{found} points are given, and 4 294 967 296 at most can be taken: thin them out")]
+    TooMany {
+        /// Points given.
+        found: usize,
+    },
     /// Too few points are left once repeated ones are dropped.
     #[error(
         "only {found} of the points are different from each other, to a millionth of their extent: at least {needed} are needed; if \

@@ -1,6 +1,7 @@
 //! The unit frame.
 
 use crate::error::InputError;
+use crate::kd_tree::MOST_POINTS;
 use crate::repetitions::without_repetitions;
 
 /// The similarity that takes data coordinates to the frame in which all tolerances and weights live: the bounding box is
@@ -24,12 +25,15 @@ impl<const D: usize> Frame<D> {
     /// others are put into an order of their own, in which neighbours in space are near each other.
     ///
     /// # Errors
-    /// Too few points, a coordinate that is not finite, all points equal, or all on one line (plane in 3D).
+    /// Too few points or too many, a coordinate that is not finite, all points equal, or all on one line (plane in 3D).
     pub fn of(points: &[[f64; D]]) -> Result<(Self, Vec<[f64; D]>), InputError> {
         finite(points)?;
         let needed = D + 2;
         if points.len() < needed {
             return Err(InputError::TooFew { found: points.len(), needed });
+        }
+        if points.len() as u64 > MOST_POINTS {
+            return Err(InputError::TooMany { found: points.len() });
         }
         let corner = |pick: fn(f64, f64) -> f64| -> [f64; D] {
             std::array::from_fn(|axis| points.iter().map(|p| p[axis]).reduce(pick).unwrap_or(0.0))

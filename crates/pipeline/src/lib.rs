@@ -51,6 +51,7 @@ mod error;
 mod extraction;
 mod far_off;
 mod frame;
+mod kd_tree;
 mod known_normals;
 mod memory;
 mod noise;

@@ -27,7 +27,7 @@ pub fn standard_deviation<const D: usize>(f: &Spline<D>, points: &[[f64; D]]) ->
     let places: Vec<[f64; D]> = feet.iter().map(|foot| foot.1).collect();
     let Ok(tree) = ImmutableKdTree::<f64, D>::new_from_slice(&places) else { return 0.0 };
     // A foot is its own nearest neighbour.
-    let two = NonZero::new(2).expect("two is not zero");
+    let two = NonZero::<usize>::MIN.saturating_add(1);
     let mut differences: Vec<f64> = feet
         .par_iter()
         .enumerate()

@@ -5,8 +5,10 @@
 
 use std::num::NonZero;
 
-use kiddo::{ImmutableKdTree, SquaredEuclidean};
+use kiddo::SquaredEuclidean;
 use rayon::prelude::*;
+
+use crate::kd_tree::tree_of;
 
 /// How many neighbours are looked at.
 const NEIGHBOURS: usize = 6;
@@ -30,8 +32,8 @@ pub fn turning<const D: usize>(points: &[[f64; D]], gradients: &[[f64; D]], spac
             g.map(|x| if norm > 0.0 { x / norm } else { 0.0 })
         })
         .collect();
-    let tree = ImmutableKdTree::<f64, D>::new_from_slice(points).expect("points are distinct and finite");
-    let wanted = NonZero::new(NEIGHBOURS + 1).expect("at least one");
+    let tree = tree_of(points);
+    let wanted = NonZero::<usize>::MIN.saturating_add(NEIGHBOURS);
     let turns = |i: usize| {
         let nearest = tree.query(&points[i]).nearest_n::<SquaredEuclidean<f64>>(wanted).execute();
         nearest.iter().map(|n| n.item as usize).any(|j| {

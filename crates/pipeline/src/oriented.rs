@@ -1,10 +1,11 @@
 //! The input points with normals, and how far to trust each.
 
-use kiddo::{ImmutableKdTree, SquaredEuclidean};
+use kiddo::SquaredEuclidean;
 use rayon::prelude::*;
 use serde::Serialize;
 use zeroset_bspline::Derivatives;
 
+use crate::kd_tree::tree_of;
 use crate::reconstruct::Reconstruction;
 
 /// A point of the input with the direction out of the shape.
@@ -37,7 +38,7 @@ impl<const D: usize> Reconstruction<D> {
         let length = |g: &[f64; D]| g.iter().map(|g| g * g).sum::<f64>().sqrt();
         let inside = || evaluation.gradients.iter().map(length).filter(|length| length.is_finite());
         let usual = inside().sum::<f64>() / inside().count().max(1) as f64;
-        let tree = ImmutableKdTree::new_from_slice(&self.points).expect("points are distinct and finite");
+        let tree = tree_of(&self.points);
         let first = |place| tree.query(place).nearest_one::<SquaredEuclidean<f64>>().execute().item as usize;
         points
             .par_iter()

@@ -2,9 +2,11 @@
 
 use std::num::NonZero;
 
-use kiddo::{ImmutableKdTree, SquaredEuclidean};
+use kiddo::SquaredEuclidean;
 use rayon::prelude::*;
 use rustc_hash::FxHashSet;
+
+use crate::kd_tree::tree_of;
 
 /// A mean is taken over so many of the nearest samples.
 const NEAREST: usize = 6;
@@ -38,7 +40,8 @@ impl SamplesAround {
         let mut seen = FxHashSet::with_capacity_and_hasher(points.len(), Default::default());
         let first: Vec<usize> = (0..points.len()).filter(|&i| seen.insert(key(&points[i]))).collect();
         let distinct: Vec<[f64; D]> = first.iter().map(|&i| points[i]).collect();
-        let tree = ImmutableKdTree::<f64, D>::new_from_slice(&distinct).expect("points are distinct and finite");
+        let tree = tree_of(&distinct);
+        #[expect(clippy::expect_used, reason = "a documented panic: whoever asks has points")]
         let wanted = NonZero::new(wanted.min(distinct.len())).expect("there are points");
         let nearest = places
             .par_iter()

@@ -4,6 +4,8 @@ use kiddo::{ImmutableKdTree, SquaredEuclidean};
 use rayon::prelude::*;
 use std::num::NonZero;
 
+use crate::kd_tree::tree_of;
+
 /// Local and typical distance between neighbouring samples.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Spacing {
@@ -28,10 +30,9 @@ impl Spacing {
     pub fn of<const D: usize>(points: &[[f64; D]]) -> Self {
         let k = NEIGHBOURS.min(points.len() - 1);
         let factor = if D == 2 { 2.0 / k as f64 } else { (std::f64::consts::PI / k as f64).sqrt() };
-        // A tree cannot fail to build from distinct finite points.
-        let tree = ImmutableKdTree::<f64, D>::new_from_slice(points).expect("points are distinct and finite");
+        let tree = tree_of(points);
         // The point itself is among its own neighbours.
-        let wanted = NonZero::new(k + 1).expect("at least one");
+        let wanted = NonZero::<usize>::MIN.saturating_add(k);
         let local: Vec<f64> = points
             .par_iter()
             .map(|p| {
@@ -51,13 +52,13 @@ impl Spacing {
     /// The mean of the local spacing over each point's nearest neighbours, in the unit of the points: a single one errs by a fifth and
     /// more where samples are random.
     pub fn smoothed<const D: usize>(&self, points: &[[f64; D]]) -> Vec<f64> {
-        let tree = ImmutableKdTree::<f64, D>::new_from_slice(points).expect("points are distinct and finite");
+        let tree = tree_of(points);
         self.smoothed_in(&tree, points)
     }
 
     /// As [`Spacing::smoothed`], with a tree of the points.
     pub(crate) fn smoothed_in<const D: usize>(&self, tree: &ImmutableKdTree<f64, D>, points: &[[f64; D]]) -> Vec<f64> {
-        let wanted = NonZero::new(SMOOTH.min(points.len())).expect("there are points");
+        let Some(wanted) = NonZero::new(SMOOTH.min(points.len())) else { return vec![] };
         let mean = |point| {
             let nearest = tree.query(point).nearest_n::<SquaredEuclidean<f64>>(wanted).execute();
             nearest.iter().map(|n| self.local[n.item as usize]).sum::<f64>() / nearest.len() as f64
@@ -71,8 +72,8 @@ impl Spacing {
         if points.len() <= 2 * VICINITY {
             return vec![false; points.len()];
         }
-        let tree = ImmutableKdTree::<f64, D>::new_from_slice(points).expect("points are distinct and finite");
-        let wanted = NonZero::new(VICINITY + 1).expect("at least one");
+        let tree = tree_of(points);
+        let wanted = NonZero::<usize>::MIN.saturating_add(VICINITY);
         points
             .par_iter()
             .zip(&self.local)
@@ -127,7 +128,7 @@ pub(crate) fn distances_to<const D: usize>(points: &[[f64; D]], places: &[[f64; 
     if places.is_empty() {
         return vec![];
     }
-    let tree = ImmutableKdTree::<f64, D>::new_from_slice(points).expect("points are distinct and finite");
+    let tree = tree_of(points);
     let nearest = |place| tree.query(place).nearest_one::<SquaredEuclidean<f64>>().execute().distance;
     places.par_iter().map(|place: &[f64; D]| nearest(place).sqrt()).collect()
 }

@@ -10,6 +10,7 @@ use kiddo::{ImmutableKdTree, SquaredEuclidean};
 use rayon::prelude::*;
 use std::num::NonZero;
 
+use crate::kd_tree::tree_of;
 use crate::spacing::Spacing;
 
 /// σ, in spacings of the points around.
@@ -47,7 +48,7 @@ pub struct Nearest {
 impl<'a, const D: usize> Support<'a, D> {
     /// The points must be distinct and finite, and at least two.
     pub fn new(points: &'a [[f64; D]], spacing: &Spacing) -> Self {
-        let tree = ImmutableKdTree::new_from_slice(points).expect("points are distinct and finite");
+        let tree = tree_of(points);
         // Smoothed, for a boundary without steps.
         let local = spacing.smoothed_in(&tree, points);
         Self { points, tree, local, typical: spacing.typical }
@@ -80,7 +81,7 @@ impl<'a, const D: usize> Support<'a, D> {
         if remoteness > 2.0 {
             return remoteness - 1.0;
         }
-        let wanted = NonZero::new(AROUND.min(self.points.len())).expect("there are points");
+        let Some(wanted) = NonZero::new(AROUND.min(self.points.len())) else { return remoteness };
         let around = self.tree.query(place).nearest_n::<SquaredEuclidean<f64>>(wanted).execute();
         let Some(first) = around.iter().min_by(|a, b| a.distance.total_cmp(&b.distance)) else { return remoteness };
         let sigma = WIDTH * self.local[first.item as usize];

@@ -3,9 +3,10 @@
 use std::cmp::Ordering;
 use std::num::NonZero;
 
-use kiddo::{ImmutableKdTree, SquaredEuclidean};
+use kiddo::SquaredEuclidean;
 use rayon::prelude::*;
 
+use crate::kd_tree::tree_of;
 use crate::spacing::roundness;
 
 /// So many points are asked, at most.
@@ -35,13 +36,13 @@ pub fn fill_volume<const D: usize>(points: &[[f64; D]]) -> bool {
 }
 
 fn median_roundness<const D: usize>(points: &[[f64; D]]) -> [f64; 2] {
-    let tree = ImmutableKdTree::<f64, D>::new_from_slice(points).expect("points are distinct and finite");
+    let tree = tree_of(points);
     // Whatever the order of the points.
     let mut sorted: Vec<&[f64; D]> = points.iter().collect();
     sorted.par_sort_unstable_by(|a, b| a.partial_cmp(b).unwrap_or(Ordering::Equal));
     let asked: Vec<&[f64; D]> = sorted.into_iter().step_by(points.len().div_ceil(ASKED)).collect();
     [FEW, MANY.min(points.len() / SHARE).max(FEW)].map(|count| {
-        let wanted = NonZero::new(count + 1).expect("at least one");
+        let wanted = NonZero::<usize>::MIN.saturating_add(count);
         let mut found: Vec<f64> = asked
             .par_iter()
             .map(|point| {

@@ -104,11 +104,13 @@ fn away<S: Simd, const D: usize>(
 fn polynomials<S: Simd, const D: usize>(simd: S, field: &[f64], v: &[S::f64s; D], inverse: S::f64s) -> S::f64s {
     const { assert!(ORDER == 4) }
     if D == 2 {
+        #[expect(clippy::expect_used, reason = "the tables have so many coefficients for D axes")]
         let field: &[f64; 22] = field.first_chunk().expect("the length is that of the tables");
         let a = in_two::<S, 4>(simd, &field[..15], v[0], v[1]);
         let b = in_two::<S, 2>(simd, &field[15..21], v[0], v[1]);
         nest(simd, a, inverse, nest(simd, b, inverse, simd.splat_f64s(field[21])))
     } else {
+        #[expect(clippy::expect_used, reason = "the tables have so many coefficients for D axes")]
         let field: &[f64; 46] = field.first_chunk().expect("the length is that of the tables");
         let [x, y, z] = [v[0], v[1], v[D - 1]];
         let mut a = simd.splat_f64s(field[0]);

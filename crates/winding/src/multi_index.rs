@@ -45,6 +45,10 @@ pub(crate) struct Tables {
 impl Tables {
     pub fn new<const D: usize>() -> Self {
         let exponents = exponents::<D>(ORDER);
+        #[expect(
+            clippy::expect_used,
+            reason = "asked only for exponents of degree ORDER at most, all of which are listed"
+        )]
         let find =
             |e: &[usize; D]| exponents.iter().position(|x| x == e).expect("all exponents of the degree are listed");
         let lowered =
@@ -56,8 +60,7 @@ impl Tables {
         let (mut monomials, mut derivatives, mut shifts) = (vec![], vec![], vec![]);
         for target in rising {
             let e = exponents[target];
-            if let Some(axis) = (0..D).find(|&axis| e[axis] > 0) {
-                let lower = lowered(&e, axis).expect("the exponent is positive");
+            if let Some((axis, lower)) = (0..D).find_map(|axis| Some((axis, lowered(&e, axis)?))) {
                 monomials.push((target, find(&lower), axis, 1.0 / e[axis] as f64));
             }
             for axis in 0..D {
@@ -109,6 +112,7 @@ fn field<const D: usize>(exponents: &[[usize; D]]) -> (Vec<(usize, usize, f64)>,
             let ways: f64 = (0..D)
                 .map(|k| factorial(e[k]) / (factorial(j[k]) * factorial(rest[k]) * (1usize << j[k]) as f64))
                 .product();
+            #[expect(clippy::expect_used, reason = "pairs taken away leave a degree that the section lists")]
             let place = sections[pairs].iter().position(|x| *x == rest).expect("of lower degree");
             table.push((start(pairs) + place, moment, scale[order - pairs] * ways));
         }

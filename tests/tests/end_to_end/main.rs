@@ -1,5 +1,7 @@
 //! The whole road on the fixtures and on shapes with a known answer. One binary, since each costs a minute to build.
 
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a panic is how a test fails")]
+
 mod awkward;
 mod density;
 mod fixtures;
