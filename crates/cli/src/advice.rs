@@ -2,7 +2,7 @@
 
 use std::fs::{self, File};
 use std::io::{ErrorKind, Read};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use clap::error::{ContextKind, ContextValue, ErrorKind as Usage};
 use strsim::levenshtein as slips;
@@ -150,12 +150,12 @@ pub fn check_spline(path: &Path, right: Option<(&str, &Path)>) -> Result<(), Fai
 }
 
 /// A reconstruction cannot write to `output`, which may be what it should read.
-pub fn no_output(points: &Path, output: &Path, error: zeroset_io::UnknownExtension) -> Failure {
-    let swapped = extension_among(output, POINT_EXTENSIONS).is_ok() && zeroset_io::OutputKind::of(points).is_ok();
+pub fn no_output(points: &[PathBuf], output: &Path, error: zeroset_io::UnknownExtension) -> Failure {
     let failure = Failure::usage(error);
-    if !swapped {
-        return failure;
-    }
+    let swapped = |points: &&PathBuf| {
+        extension_among(output, POINT_EXTENSIONS).is_ok() && zeroset_io::OutputKind::of(points).is_ok()
+    };
+    let Some(points) = points.first().filter(swapped) else { return failure };
     let (points, output) = (points.display(), output.display());
     failure.with_tip(format_args!("points come first, and outputs behind -o: zeroset reconstruct {output} -o {points}"))
 }

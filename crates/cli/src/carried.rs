@@ -35,7 +35,8 @@ impl Carried {
         let colours = colours.map_or_else(Vec::new, |columns| {
             let full = colour_range(&set.attributes, columns);
             let byte = |v: f64| (255.0 * v / full).round() as u8;
-            (0..vertices.len()).map(|v| columns.map(|column| byte(attributes[column].values[v]))).collect()
+            let value = |column: usize, v: usize| attributes.get(column).and_then(|a| a.values.get(v)).copied();
+            (0..vertices.len()).map(|v| columns.map(|column| value(column, v).map_or(0, byte))).collect()
         });
         Self { support: around.distances(), attributes, colours }
     }

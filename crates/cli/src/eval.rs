@@ -8,6 +8,7 @@ use zeroset_io::{EvaluationTable, Points, SplineFile};
 
 use crate::advice;
 use crate::arguments::Eval;
+use crate::axis_by_axis::axis_by_axis;
 use crate::failure::Failure;
 use crate::lattice::{self, FINE_ENOUGH};
 use crate::points;
@@ -53,7 +54,7 @@ fn table<const D: usize>(
 ) -> Result<usize, Failure> {
     let (origin, spline) = to_spline::<D>(&arguments.spline, file)?;
     // Relative to the origin before anything is rounded.
-    let relative: Vec<[f64; D]> = points.iter().map(|p| std::array::from_fn(|axis| p[axis] - origin[axis])).collect();
+    let relative: Vec<[f64; D]> = points.iter().map(|p| axis_by_axis(*p, origin, |x, origin| x - origin)).collect();
     let evaluation = spline.evaluate(&relative, Derivatives::Hessian);
     let mut distances = vec![];
     if arguments.distance {

@@ -4,6 +4,7 @@ use zeroset_io::SplineFile;
 
 use crate::advice;
 use crate::arguments::Field;
+use crate::axis_by_axis::axis_by_axis;
 use crate::failure::Failure;
 use crate::lattice;
 use crate::progress::Say;
@@ -39,7 +40,7 @@ fn write<const D: usize>(arguments: &Field, file: &SplineFile) -> Result<(), Fai
     });
     let values = spline.sample(&lattice::nodes(&spline, spacing)?, [0; D]);
     let (lower, _) = spline.domain();
-    let first: [f64; D] = std::array::from_fn(|axis| lower[axis] + origin[axis]);
+    let first = axis_by_axis(lower, origin, |lower, origin| lower + origin);
     let field = zeroset_io::Field { values: values.view(), origin: &first, spacing: &[spacing; D] };
     arguments.output.iter().try_for_each(|path| zeroset_io::write_field(path, &field).map_err(Failure::writing))
 }

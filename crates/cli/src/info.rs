@@ -8,6 +8,7 @@ use zeroset::bspline::HierarchicalSpline;
 use zeroset_io::{PointSet, Points};
 
 use crate::arguments::Info;
+use crate::axis_by_axis::axis_by_axis;
 use crate::failure::Failure;
 use crate::points;
 use crate::spline_file::{self, to_spline};
@@ -46,13 +47,14 @@ fn describe_spline<const D: usize>(
     let (lower, upper) = spline.domain();
     let degrees: Vec<String> = root.knots().iter().map(|knots| knots.degree().to_string()).collect();
     writeln!(out, "B-spline function of {D} variables, degree {}", degrees.join(", "))?;
-    for axis in 0..D {
-        let name = ["x", "y", "z"][axis];
-        writeln!(out, "{name}: {} to {}", lower[axis] + origin[axis], upper[axis] + origin[axis])?;
+    let placed = |corner| axis_by_axis(corner, origin, |x: f64, origin| x + origin);
+    for (name, (lower, upper)) in ["x", "y", "z"].iter().zip(placed(lower).iter().zip(placed(upper))) {
+        writeln!(out, "{name}: {lower} to {upper}")?;
     }
     writeln!(out, "control coefficients: {}", join(root.shape()))?;
     if !levels.is_empty() {
-        let sides: [f64; D] = std::array::from_fn(|axis| (upper[axis] - lower[axis]) / (root.shape()[axis] - 3) as f64);
+        let sides = axis_by_axis(upper, lower, |upper, lower| upper - lower);
+        let sides = axis_by_axis(sides, root.shape(), |side, functions| side / (functions - 3) as f64);
         writeln!(out, "levels: {} on top of the dense one, whose cells have sides {}", levels.len(), join(sides))?;
     }
     for (k, level) in (1..).zip(levels) {

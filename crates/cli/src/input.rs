@@ -6,6 +6,7 @@ use zeroset_io::{PointSet, Points};
 
 use crate::advice;
 use crate::arguments::{Plane, Reconstruct};
+use crate::axis_by_axis::{axis_by_axis, bounding_box};
 use crate::failure::Failure;
 use crate::points::read;
 
@@ -19,8 +20,11 @@ pub fn points(arguments: &Reconstruct) -> Result<Points, Failure> {
         let set = read(path, arguments.format);
         sets.push(if index > 0 { set.map_err(|failure| advice::another_input(path, failure)) } else { set }?);
     }
-    if let Some(odd) = sets.iter().position(|set| set.dimension() != sets[0].dimension()) {
-        let [first, other] = [0, odd].map(|index| arguments.points[index].display());
+    let mut named = arguments.points.iter().zip(&sets);
+    if let Some((first, one)) = named.next()
+        && let Some((other, _)) = named.find(|(_, set)| set.dimension() != one.dimension())
+    {
+        let (first, other) = (first.display(), other.display());
         return Err(Failure::input(format_args!(
             "{first} and {other} cannot be one cloud: one has two columns, the other three"
         ))
@@ -59,16 +63,13 @@ fn within<const D: usize>(arguments: &Reconstruct, set: PointSet<D>) -> Result<P
             2 * D
         )));
     };
-    if let Some(axis) = (0..D).find(|&axis| lower[axis].is_nan() || upper[axis].is_nan() || lower[axis] > upper[axis]) {
-        let (name, low, high) = (["x", "y", "z"][axis], lower[axis], upper[axis]);
+    let mut sides = ["x", "y", "z"].into_iter().zip(lower.iter().zip(upper));
+    if let Some((name, (low, high))) = sides.find(|(_, (low, high))| low.is_nan() || high.is_nan() || low > high) {
         return Err(Failure::usage(format_args!("--box is empty: it goes from {name} = {low} to {high}"))
             .with_tip("first the corner with the smaller coordinates, then the other"));
     }
-    let extent = |axis: usize| {
-        let along = set.points.iter().map(|p| p[axis]);
-        [along.clone().fold(f64::INFINITY, f64::min), along.fold(f64::NEG_INFINITY, f64::max)]
-    };
-    let extents: Vec<String> = (0..D).map(extent).map(|[low, high]| format!("{low} to {high}")).collect();
+    let [low, high] = bounding_box(&set.points);
+    let extents = axis_by_axis(low, high, |low, high| format!("{low} to {high}"));
     let part = set.within(lower, upper);
     if part.points.is_empty() {
         return Err(Failure::input(format_args!("{}: no point lies in --box", names(arguments)))

@@ -2,6 +2,7 @@
 
 use zeroset::bspline::HierarchicalSpline;
 
+use crate::axis_by_axis::axis_by_axis;
 use crate::failure::Failure;
 
 /// Zero sets are extracted on at least so many cells along the longest side of the box: chords over larger ones would show.
@@ -13,7 +14,7 @@ const MOST_NODES: f64 = (1u64 << 30) as f64;
 /// The longest side of a function's box.
 pub fn longest_side<const D: usize>(spline: &HierarchicalSpline<D>) -> f64 {
     let (lower, upper) = spline.domain();
-    (0..D).map(|axis| upper[axis] - lower[axis]).fold(0.0, f64::max)
+    axis_by_axis(upper, lower, |upper, lower| upper - lower).into_iter().fold(0.0, f64::max)
 }
 
 /// Cells of the function's own finest lattice along the longest side of its box, but at most 512: a dense lattice has no room for
@@ -27,13 +28,13 @@ pub fn own_cells<const D: usize>(spline: &HierarchicalSpline<D>) -> usize {
 pub fn nodes<const D: usize>(spline: &HierarchicalSpline<D>, spacing: f64) -> Result<[Vec<f64>; D], Failure> {
     let (lower, upper) = spline.domain();
     // A whole number of cells up to rounding is one.
-    let cells: [f64; D] = std::array::from_fn(|axis| ((upper[axis] - lower[axis]) / spacing + 1e-6).floor());
-    let count: f64 = cells.iter().map(|n| n + 1.0).product();
+    let cells = |lower: f64, upper: f64| ((upper - lower) / spacing + 1e-6).floor();
+    let count: f64 = axis_by_axis(lower, upper, cells).iter().map(|n| n + 1.0).product();
     if count > MOST_NODES {
         return Err(Failure::usage(format!("a lattice of {count:.1e} nodes is too large: ask for fewer cells")));
     }
-    Ok(std::array::from_fn(|axis| {
-        (0..=cells[axis] as usize).map(|i| (lower[axis] + i as f64 * spacing).min(upper[axis])).collect()
+    Ok(axis_by_axis(lower, upper, |lower, upper| {
+        (0..=cells(lower, upper) as usize).map(|i| (lower + i as f64 * spacing).min(upper)).collect()
     }))
 }
 
@@ -41,9 +42,9 @@ pub fn nodes<const D: usize>(spline: &HierarchicalSpline<D>, spacing: f64) -> Re
 /// set is never searched for on cells coarser than the function's finest.)
 pub fn halvings<const D: usize>(spline: &HierarchicalSpline<D>, cells: usize) -> u32 {
     let (lower, upper) = spline.domain();
-    let knots = spline.root().knots().iter().enumerate();
-    let longest = knots.max_by(|(a, _), (b, _)| (upper[*a] - lower[*a]).total_cmp(&(upper[*b] - lower[*b])));
-    let own = longest.map_or(1, |(_, knots)| knots.cells().count().max(1));
+    let knots = spline.root().knots().iter().zip(axis_by_axis(upper, lower, |upper, lower| upper - lower));
+    let longest = knots.max_by(|(_, a), (_, b)| a.total_cmp(b));
+    let own = longest.map_or(1, |(knots, _)| knots.cells().count().max(1));
     cells.div_ceil(own).next_power_of_two().ilog2()
 }
 

@@ -7,8 +7,12 @@
 //!
 //! **Not here.** A library to reconstruct with: that is `zeroset`.
 
+// What comes in from outside passes through here: an index that is not there must not end in a panic.
+#![warn(clippy::indexing_slicing)]
+
 mod advice;
 mod arguments;
+mod axis_by_axis;
 mod carried;
 mod eval;
 mod failure;

@@ -36,7 +36,7 @@ pub fn surface_views(mesh: &TriMesh, points: &[[f64; 3]], up: Up) -> Result<Vec<
     let row = 3 * PREVIEW.width;
     let view = |(k, name)| {
         let rows = image.rgb.chunks(3 * row);
-        let rgb: Vec<u8> = rows.flat_map(|all| &all[k * row..(k + 1) * row]).copied().collect();
+        let rgb: Vec<u8> = rows.filter_map(|all| all.chunks_exact(row).nth(k)).flatten().copied().collect();
         let bytes = zeroset_io::encode_png(PREVIEW.width, PREVIEW.height, &rgb).map_err(Failure::internal)?;
         Ok((name, bytes))
     };

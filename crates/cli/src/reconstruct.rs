@@ -132,7 +132,7 @@ fn extracted<T>(say: &Say, work: impl FnOnce() -> Result<T, Failure>) -> Result<
 fn check_outputs(arguments: &Reconstruct) -> Result<Vec<(PathBuf, OutputKind)>, Failure> {
     let mut kinds = Vec::new();
     for path in &arguments.output {
-        let kind = OutputKind::of(path).map_err(|error| advice::no_output(&arguments.points[0], path, error))?;
+        let kind = OutputKind::of(path).map_err(|error| advice::no_output(&arguments.points, path, error))?;
         kinds.push((path.clone(), kind));
     }
     if let Some(path) = &arguments.oriented {

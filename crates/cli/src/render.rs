@@ -6,6 +6,7 @@ use zeroset_render::{Up, View};
 
 use crate::advice;
 use crate::arguments::Render;
+use crate::axis_by_axis::axis_by_axis;
 use crate::failure::Failure;
 use crate::lattice;
 use crate::picture::{Levels, write_surface};
@@ -67,7 +68,7 @@ fn space(arguments: &Render, file: &SplineFile, points: &[[f64; 3]]) -> Result<(
     lattice::check_search(&f, halvings)?;
     let (mesh, _) = isosurface::surface_of(&f, halvings, &Default::default()).map_err(|error| refused(&error))?;
     // The mesh stays relative to the origin, for the sake of its last digits.
-    let points: Vec<[f64; 3]> = points.iter().map(|p| std::array::from_fn(|axis| p[axis] - origin[axis])).collect();
+    let points: Vec<[f64; 3]> = points.iter().map(|p| axis_by_axis(*p, origin, |x, origin| x - origin)).collect();
     let up = Up::from(arguments.up);
     let view = arguments.view.map_or(View::oblique(up), |direction| View { direction, up });
     arguments.output.iter().try_for_each(|path| write_surface(path, &mesh, &points, &[view], arguments.size))

@@ -6,6 +6,7 @@ use zeroset::isosurface::TriMesh;
 use zeroset_report_page::{Drawing, Page, Setting, Surface};
 
 use crate::arguments::{Reconstruct, UpAxis};
+use crate::axis_by_axis::{axis_by_axis, bounding_box};
 use crate::failure::Failure;
 use crate::input;
 use crate::picture::PREVIEW;
@@ -52,11 +53,8 @@ fn page<const D: usize>(
     report: &zeroset::Report,
     pictures: &Pictures,
 ) -> String {
-    let side = |axis: usize| {
-        let along = points.iter().map(|p| p[axis]);
-        along.clone().fold(f64::NEG_INFINITY, f64::max) - along.fold(f64::INFINITY, f64::min)
-    };
-    let sides: [f64; D] = std::array::from_fn(side);
+    let [low, high] = bounding_box(points);
+    let sides = axis_by_axis(high, low, |high, low| high - low);
     let others = arguments.output.iter().chain(&arguments.oriented).chain(&arguments.report);
     let outputs: Vec<String> = others.map(|path| path.display().to_string()).collect();
     let (drawings, surface) = match pictures {

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use ndarray::Array2;
+use ndarray::{Array2, ArrayView1};
 use zeroset::bspline::{HierarchicalSpline, IndexSet, KnotVector, Level, Spline};
 use zeroset_io::{SplineFile, SplineLevel};
 
@@ -25,14 +25,16 @@ pub fn to_spline<const D: usize>(path: &Path, file: &SplineFile) -> Result<([f64
     for level in &file.levels {
         let extent = spline.next_extent().map_err(|error| refuse(error.to_string()))?;
         let rows = level.index.rows().into_iter();
-        // The reader has refused indices that are negative or not below the extent, and those that come twice.
-        let indices: Vec<[u32; D]> = rows.map(|row| std::array::from_fn(|axis| row[axis] as u32)).collect();
+        // The reader has refused indices that are negative or not below the extent, those that come twice, and rows that do not
+        // have one per axis.
+        let index = |row: ArrayView1<'_, i32>| std::array::from_fn(|axis| row.get(axis).map_or(0, |i| *i as u32));
+        let indices: Vec<[u32; D]> = rows.map(index).collect();
         let active = IndexSet::new(extent, &indices);
         // A file's rows may have any order.
         let mut corrections = vec![0.0; active.len()];
         for (index, coefficient) in indices.iter().zip(&level.coefficients) {
-            if let Some(rank) = active.rank(*index) {
-                corrections[rank] = *coefficient;
+            if let Some(place) = active.rank(*index).and_then(|rank| corrections.get_mut(rank)) {
+                *place = *coefficient;
             }
         }
         let pushed = spline.push_level(Arc::new(active)).and_then(|()| spline.correct_finest(corrections));

@@ -2,6 +2,7 @@
 
 use std::io::{self, Write};
 
+use crate::axis_by_axis::axis_by_axis;
 use crate::curve::Curves;
 
 const LAYER: &str = "ZEROSET";
@@ -10,10 +11,7 @@ const LAYER: &str = "ZEROSET";
 pub(crate) fn write(out: &mut impl Write, curves: &Curves<'_>) -> io::Result<()> {
     let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
     for vertex in curves.vertices() {
-        for axis in 0..2 {
-            low[axis] = low[axis].min(vertex[axis]);
-            high[axis] = high[axis].max(vertex[axis]);
-        }
+        (low, high) = (axis_by_axis(low, *vertex, f64::min), axis_by_axis(high, *vertex, f64::max));
     }
     section(out, "HEADER")?;
     group(out, 9, "$ACADVER")?;

@@ -2,6 +2,7 @@
 
 use std::io::{self, Write};
 
+use crate::axis_by_axis::axis_by_axis;
 use crate::curve::Curves;
 
 /// Width of the picture in pixels; the height follows the data.
@@ -19,10 +20,7 @@ const STROKE: f64 = 0.003;
 pub(crate) fn write(out: &mut impl Write, curves: &Curves<'_>) -> io::Result<()> {
     let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
     for p in curves.vertices().chain(curves.points) {
-        for a in 0..2 {
-            low[a] = low[a].min(p[a]);
-            high[a] = high[a].max(p[a]);
-        }
+        (low, high) = (axis_by_axis(low, *p, f64::min), axis_by_axis(high, *p, f64::max));
     }
     if low[0] > high[0] {
         (low, high) = ([0.0; 2], [1.0; 2]);
@@ -34,7 +32,7 @@ pub(crate) fn write(out: &mut impl Write, curves: &Curves<'_>) -> io::Result<()>
     };
     let margin = MARGIN * longest;
     let origin = low.map(|c| c - margin);
-    let [width, height] = [0, 1].map(|a| high[a] - low[a] + 2.0 * margin);
+    let [width, height] = axis_by_axis(high, low, |high, low| high - low + 2.0 * margin);
 
     writeln!(
         out,

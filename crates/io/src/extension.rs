@@ -132,11 +132,19 @@ fn closest(extension: &str, known: &[&'static str]) -> Option<&'static str> {
     known.iter().find(|k| is_one_slip(extension.as_bytes(), k.as_bytes())).copied()
 }
 
-fn is_one_slip(a: &[u8], b: &[u8]) -> bool {
-    let head = a.iter().zip(b).take_while(|(x, y)| x == y).count();
-    let (a, b) = (&a[head..], &b[head..]);
-    let tail = a.iter().rev().zip(b.iter().rev()).take_while(|(x, y)| x == y).count();
-    match (&a[..a.len() - tail], &b[..b.len() - tail]) {
+fn is_one_slip(mut a: &[u8], mut b: &[u8]) -> bool {
+    // What both begin and end with.
+    while let ([x, a_rest @ ..], [y, b_rest @ ..]) = (a, b)
+        && x == y
+    {
+        (a, b) = (a_rest, b_rest);
+    }
+    while let ([a_rest @ .., x], [b_rest @ .., y]) = (a, b)
+        && x == y
+    {
+        (a, b) = (a_rest, b_rest);
+    }
+    match (a, b) {
         ([_], []) | ([], [_]) | ([_], [_]) => true,
         ([a0, a1], [b0, b1]) => a0 == b1 && a1 == b0,
         _ => false,

@@ -32,8 +32,7 @@ pub(crate) fn write(out: &mut (impl Write + Seek), field: &Field<'_>) -> io::Res
         .map(|(name, numbers)| (Text::from(name), AttributeValue::Text(Text::from(decimals(numbers).as_str()))));
     let mut layers = Layers::new();
     for (name, slice) in slices {
-        let samples: Vec<f32> =
-            (0..size.1).rev().flat_map(|j| (0..size.0).map(move |i| slice[[i, j]] as f32)).collect();
+        let samples: Vec<f32> = slice.axis_iter(Axis(1)).rev().flatten().map(|value| *value as f32).collect();
         let channels = AnyChannels::sort([AnyChannel::new("Y", FlatSamples::F32(samples))].into_iter().collect());
         let mut layer = LayerAttributes::named(name.as_str());
         layer.other.extend(attributes.iter().cloned());

@@ -27,7 +27,7 @@ impl LasHeader {
             return Err(Malformed::file("a LAS or LAZ file begins with \"LASF\"; this one does not"));
         }
         let cut = || Malformed::file(format!("the LAS header needs {SHORTEST} bytes or more: the file is cut short"));
-        let header = bytes.get(..SHORTEST).ok_or_else(cut)?;
+        let header = bytes.first_chunk::<SHORTEST>().ok_or_else(cut)?;
         let (major, minor) = (header[24], header[25]);
         if major != 1 || minor > 4 {
             return Err(Malformed {

@@ -46,9 +46,9 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Points, Malformed> {
 }
 
 fn push(rows: &mut Rows, record: &[u8], header: &LasHeader) -> Result<(), Malformed> {
-    let xyz: [f64; 3] = std::array::from_fn(|axis| {
-        let number = i32_at(record, 4 * axis).unwrap_or_default();
-        f64::from(number) * header.scale[axis] + header.offset[axis]
-    });
+    let mut xyz = header.offset;
+    for ((axis, x), scale) in xyz.iter_mut().enumerate().zip(header.scale) {
+        *x += f64::from(i32_at(record, 4 * axis).unwrap_or_default()) * scale;
+    }
     rows.push(&xyz).map_err(|problem| Malformed::point(rows.len(), problem))
 }

@@ -26,7 +26,11 @@
 //! Not guaranteed: colours and other properties of points are read from `.ply` and from text with a header line only; in an OBJ file only `v` lines are read; EXR images,
 //! `.glb` and binary `.stl` files and the normals of meshes hold 32-bit floats.
 
+// What comes in from outside passes through here: an index that is not there must not end in a panic.
+#![warn(clippy::indexing_slicing)]
+
 mod attributes;
+mod axis_by_axis;
 mod columns;
 mod curve;
 mod curve_csv;

@@ -45,8 +45,8 @@ impl TriMesh<'_> {
         if let Some(other) = self.attributes.iter().find(|a| a.values.len() != n) {
             return Some(format!("{n} vertices but {} values of {:?}", other.values.len(), other.name));
         }
-        if let Some(bad) = self.vertices.iter().position(|v| v.iter().any(|c| !c.is_finite())) {
-            return Some(format!("vertex {bad} is at {:?}", self.vertices[bad]));
+        if let Some((bad, vertex)) = self.vertices.iter().enumerate().find(|(_, v)| v.iter().any(|c| !c.is_finite())) {
+            return Some(format!("vertex {bad} is at {vertex:?}"));
         }
         let corner = self.triangles.iter().flatten().find(|corner| **corner as usize >= n)?;
         Some(format!("a triangle names vertex {corner}, but there are {n}"))

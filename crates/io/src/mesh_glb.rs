@@ -4,6 +4,7 @@ use std::io::{self, Write};
 
 use serde_json::{Map, Value, json};
 
+use crate::axis_by_axis::axis_by_axis;
 use crate::mesh::TriMesh;
 
 const JSON_CHUNK: u32 = u32::from_le_bytes(*b"JSON");
@@ -33,7 +34,7 @@ pub(crate) fn problem(mesh: &TriMesh<'_>) -> Option<String> {
 pub(crate) fn write(out: &mut impl Write, mesh: &TriMesh<'_>) -> io::Result<()> {
     let (center, _) = center_and_half(mesh.vertices);
     let positions: Vec<[f32; 3]> =
-        mesh.vertices.iter().map(|v| std::array::from_fn(|axis| (v[axis] - center[axis]) as f32)).collect();
+        mesh.vertices.iter().map(|v| axis_by_axis(*v, center, |v, center| (v - center) as f32)).collect();
     let mut buffer = Buffer::default();
     let mut attributes = Map::new();
     attributes.insert("POSITION".into(), buffer.vectors(&positions, true).into());
@@ -90,41 +91,46 @@ struct Buffer {
 impl Buffer {
     /// Appends vectors; returns the accessor's index. Positions need their bounds, and exactly.
     fn vectors(&mut self, vectors: &[[f32; 3]], with_bounds: bool) -> usize {
-        let mut accessor = json!({ "componentType": FLOAT, "type": "VEC3", "count": vectors.len() });
+        let mut accessor = accessor(FLOAT, "VEC3", vectors.len());
         if with_bounds {
-            let bound = |pick: fn(f32, f32) -> f32| {
-                vectors.iter().copied().reduce(|a, b| std::array::from_fn(|axis| pick(a[axis], b[axis])))
-            };
-            accessor["min"] = json!(bound(f32::min));
-            accessor["max"] = json!(bound(f32::max));
+            let bound = |pick: fn(f32, f32) -> f32| vectors.iter().copied().reduce(|a, b| axis_by_axis(a, b, pick));
+            accessor.insert("min".into(), json!(bound(f32::min)));
+            accessor.insert("max".into(), json!(bound(f32::max)));
         }
         self.append(ARRAY_BUFFER, accessor, vectors.as_flattened().iter().flat_map(|c| c.to_le_bytes()))
     }
 
     fn indices(&mut self, indices: &[u32]) -> usize {
-        let accessor = json!({ "componentType": UNSIGNED_INT, "type": "SCALAR", "count": indices.len() });
+        let accessor = accessor(UNSIGNED_INT, "SCALAR", indices.len());
         self.append(ELEMENT_ARRAY_BUFFER, accessor, indices.iter().flat_map(|i| i.to_le_bytes()))
     }
 
-    fn append(&mut self, target: u32, mut accessor: Value, bytes: impl Iterator<Item = u8>) -> usize {
+    fn append(&mut self, target: u32, mut accessor: Map<String, Value>, bytes: impl Iterator<Item = u8>) -> usize {
         let start = self.bytes.len();
         self.bytes.extend(bytes);
-        accessor["bufferView"] = self.views.len().into();
+        accessor.insert("bufferView".into(), self.views.len().into());
         let length = self.bytes.len() - start;
         self.views.push(json!({ "buffer": 0, "byteOffset": start, "byteLength": length, "target": target }));
-        self.accessors.push(accessor);
+        self.accessors.push(accessor.into());
         self.accessors.len() - 1
     }
+}
+
+fn accessor(component: u32, kind: &str, count: usize) -> Map<String, Value> {
+    [("componentType", component.into()), ("type", kind.into()), ("count", count.into())]
+        .map(|(key, value): (_, Value)| (key.to_owned(), value))
+        .into_iter()
+        .collect()
 }
 
 /// The centre of the bounding box, and half its sides.
 fn center_and_half(vertices: &[[f64; 3]]) -> ([f64; 3], [f64; 3]) {
     let bound = |pick: fn(f64, f64) -> f64| {
-        vertices.iter().copied().reduce(|a, b| std::array::from_fn(|axis| pick(a[axis], b[axis]))).unwrap_or_default()
+        vertices.iter().copied().reduce(|a, b| axis_by_axis(a, b, pick)).unwrap_or_default()
     };
     let (low, high) = (bound(f64::min), bound(f64::max));
-    let half: [f64; 3] = std::array::from_fn(|axis| high[axis] / 2.0 - low[axis] / 2.0);
-    (std::array::from_fn(|axis| low[axis] + half[axis]), half)
+    let half = axis_by_axis(high, low, |high, low| high / 2.0 - low / 2.0);
+    (axis_by_axis(low, half, |low, half| low + half), half)
 }
 
 /// The format wants length 1, and has no way to say that there is none.

@@ -2,6 +2,7 @@
 
 use std::io::{self, Write};
 
+use crate::axis_by_axis::axis_by_axis;
 use crate::mesh::TriMesh;
 
 /// The most, as a share of the longest side, by which rounding to 32-bit floats may move a corner.
@@ -12,11 +13,16 @@ const LARGEST_SHIFT: f64 = 1e-5;
 pub(crate) fn write(out: &mut impl Write, mesh: &TriMesh<'_>) -> io::Result<()> {
     let corners = || mesh.vertices.iter().flatten();
     let shift = corners().map(|&c| (f64::from(c as f32) - c).abs()).fold(0.0, f64::max);
-    let side = (0..3).map(|axis| {
-        let along = || mesh.vertices.iter().map(|v| v[axis]);
-        along().fold(f64::NEG_INFINITY, f64::max) - along().fold(f64::INFINITY, f64::min)
-    });
-    if shift <= LARGEST_SHIFT * side.fold(0.0, f64::max) { write_binary(out, mesh) } else { write_ascii(out, mesh) }
+    let bound = |start, pick: fn(f64, f64) -> f64| {
+        mesh.vertices.iter().fold([start; 3], |bound, v| axis_by_axis(bound, *v, pick))
+    };
+    let (low, high) = (bound(f64::INFINITY, f64::min), bound(f64::NEG_INFINITY, f64::max));
+    let sides = axis_by_axis(high, low, |high, low| high - low);
+    if shift <= LARGEST_SHIFT * sides.into_iter().fold(0.0, f64::max) {
+        write_binary(out, mesh)
+    } else {
+        write_ascii(out, mesh)
+    }
 }
 
 fn write_binary(out: &mut impl Write, mesh: &TriMesh<'_>) -> io::Result<()> {
@@ -48,6 +54,7 @@ fn write_ascii(out: &mut impl Write, mesh: &TriMesh<'_>) -> io::Result<()> {
 }
 
 /// The unit normal and the corners of each triangle; the normal is 0 where a triangle has no area.
+#[expect(clippy::indexing_slicing, reason = "meshes with corners that are no vertices were refused before")]
 fn facets(mesh: &TriMesh<'_>) -> impl Iterator<Item = ([f64; 3], [[f64; 3]; 3])> {
     mesh.triangles.iter().map(|triangle| {
         let corners = triangle.map(|corner| mesh.vertices[corner as usize]);
@@ -56,7 +63,7 @@ fn facets(mesh: &TriMesh<'_>) -> impl Iterator<Item = ([f64; 3], [[f64; 3]; 3])>
 }
 
 fn normal([a, b, c]: &[[f64; 3]; 3]) -> [f64; 3] {
-    let [u, v]: [[f64; 3]; 2] = [b, c].map(|p| std::array::from_fn(|axis| p[axis] - a[axis]));
+    let [u, v]: [[f64; 3]; 2] = [b, c].map(|p| axis_by_axis(*p, *a, |p, a| p - a));
     // Scaled first, so that products neither overflow nor vanish.
     let scale = u.iter().chain(&v).fold(0.0, |largest: f64, c| largest.max(c.abs()));
     let [u, v] = [u, v].map(|w| w.map(|c| c / scale));

@@ -16,9 +16,9 @@ const LONGEST_HEADER: usize = 4096;
 pub(crate) fn parse_points(bytes: &[u8]) -> Result<Points, Malformed> {
     let array = parse_numbers(bytes).map_err(Malformed::file)?;
     let shape = array.shape();
-    let dimension = match shape {
-        [_, 2] => Dimension::Two,
-        [_, 3] => Dimension::Three,
+    let (count, dimension) = match shape {
+        [count, 2] => (*count, Dimension::Two),
+        [count, 3] => (*count, Dimension::Three),
         [2 | 3, _] => {
             let problem = "N × 2 or N × 3 is needed; its transpose would do";
             return Err(Malformed::file(format!("the array has shape {shape:?}; {problem}")));
@@ -26,7 +26,7 @@ pub(crate) fn parse_points(bytes: &[u8]) -> Result<Points, Malformed> {
         _ => return Err(Malformed::file(format!("the array has shape {shape:?}; N × 2 or N × 3 is needed"))),
     };
     let mut rows = Rows::new(dimension, false);
-    rows.reserve(shape[0]);
+    rows.reserve(count);
     let mut values = Vec::with_capacity(3);
     for (index, row) in array.rows().into_iter().enumerate() {
         values.clear();

@@ -32,12 +32,13 @@ pub fn write_oriented<const D: usize>(
     }
     let values = outlier.iter().map(|outlier| f64::from(u8::from(*outlier))).collect();
     let outlier = [Attribute { name: "outlier".into(), kind: NumberKind::U8, values }];
-    let vertices = (0..n).map(|i| Vertex {
-        position: in_space(&points[i]),
-        normal: Some(in_space(&normals[i])),
-        confidence: Some(confidence[i]),
+    let oriented = points.iter().zip(normals).zip(confidence).enumerate();
+    let vertices = oriented.map(|(index, ((point, normal), confidence))| Vertex {
+        position: in_space(point),
+        normal: Some(in_space(normal)),
+        confidence: Some(*confidence),
         attributes: &outlier,
-        index: i,
+        index,
         ..Vertex::default()
     });
     replace_file(path, |out| ply_writer::write(out, vertices, None))

@@ -169,14 +169,14 @@ impl<'a> HeaderLines<'a> {
         let limit = self.bytes.len().min(LONGEST_HEADER);
         let rest = self.bytes.get(self.at..limit).unwrap_or_default();
         self.number += 1;
-        let Some(length) = rest.iter().position(|b| *b == self.end) else {
+        let Some(line) = rest.iter().position(|b| *b == self.end).and_then(|length| rest.get(..length)) else {
             return Err(if self.number == 1 {
                 Malformed::file("a PLY file begins with the line \"ply\"; this one does not")
             } else {
                 Malformed::file(format!("the PLY header has no end_header line in its first {limit} bytes"))
             });
         };
-        self.at += length + 1;
-        Ok(String::from_utf8_lossy(&rest[..length]).into_owned())
+        self.at += line.len() + 1;
+        Ok(String::from_utf8_lossy(line).into_owned())
     }
 }

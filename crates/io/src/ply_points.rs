@@ -53,9 +53,9 @@ fn columns(vertex: &PlyElement) -> Result<Columns, Malformed> {
 fn attributes(vertex: &PlyElement) -> Vec<(usize, String, NumberKind)> {
     let names = vertex.properties.iter().map(|(name, _)| name.as_str()).enumerate();
     let numbers =
-        attribute_columns(names).into_iter().filter_map(|(position, name)| match &vertex.properties[position].1 {
-            PropertyType::Scalar(scalar) => Some((position, name.to_owned(), kind(scalar))),
-            PropertyType::List(..) => None,
+        attribute_columns(names).into_iter().filter_map(|(position, name)| match vertex.properties.get(position)? {
+            (_, PropertyType::Scalar(scalar)) => Some((position, name.to_owned(), kind(scalar))),
+            (_, PropertyType::List(..)) => None,
         });
     numbers.take(MOST_ATTRIBUTES).collect()
 }
@@ -114,7 +114,9 @@ impl PropertyAccess for Row {
         if self.0.len() <= slot {
             self.0.resize(slot + 1, 0.0);
         }
-        self.0[slot] = value;
+        if let Some(place) = self.0.get_mut(slot) {
+            *place = value;
+        }
         PropertyAccessResult::Set
     }
 }

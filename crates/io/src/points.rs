@@ -206,20 +206,17 @@ impl<const D: usize> PointSet<D> {
         let Some((point, rest)) = row.split_first_chunk::<D>() else {
             return Err(format!("{D} coordinates are needed, {} found", row.len()));
         };
-        if let Some(axis) = point.iter().position(|c| !c.is_finite()) {
-            return Err(format!(
-                "{} is {}; remove the point or repair it",
-                NAMES[axis],
-                point[axis].to_string().to_lowercase()
-            ));
+        let not_finite = |numbers: &[f64; D]| NAMES.into_iter().zip(*numbers).find(|(_, c)| !c.is_finite());
+        if let Some((name, c)) = not_finite(point) {
+            return Err(format!("{name} is {}; remove the point or repair it", c.to_string().to_lowercase()));
         }
         let mut rest = rest;
         if let Some(normals) = &mut self.normals {
             let Some((normal, behind)) = rest.split_first_chunk::<D>() else {
                 return Err(format!("a normal of {D} components is needed, {} found", rest.len()));
             };
-            if let Some(axis) = normal.iter().position(|c| !c.is_finite()) {
-                return Err(format!("n{} is {}", NAMES[axis], normal[axis].to_string().to_lowercase()));
+            if let Some((name, c)) = not_finite(normal) {
+                return Err(format!("n{name} is {}", c.to_string().to_lowercase()));
             }
             normals.push(*normal);
             rest = behind;

@@ -15,11 +15,12 @@ pub enum Plane {
 }
 
 impl Plane {
-    fn axes(self) -> [usize; 2] {
+    /// The two coordinates of a point.
+    fn of(self, [x, y, z]: [f64; 3]) -> [f64; 2] {
         match self {
-            Self::Xy => [0, 1],
-            Self::Xz => [0, 2],
-            Self::Yz => [1, 2],
+            Self::Xy => [x, y],
+            Self::Xz => [x, z],
+            Self::Yz => [y, z],
         }
     }
 }
@@ -47,7 +48,7 @@ impl Points {
         match self {
             Self::Two(_) => self,
             Self::Three(PointSet { points, normals: _, attributes }) => {
-                let points = points.iter().map(|p| plane.axes().map(|axis| p[axis])).collect();
+                let points = points.into_iter().map(|point| plane.of(point)).collect();
                 Self::Two(PointSet { points, normals: None, attributes })
             }
         }
@@ -57,8 +58,9 @@ impl Points {
 impl<const D: usize> PointSet<D> {
     /// The points of a box, its faces included. There may be none.
     pub fn within(self, lower: &[f64; D], upper: &[f64; D]) -> Self {
-        let keep: Vec<bool> =
-            self.points.iter().map(|p| (0..D).all(|axis| (lower[axis]..=upper[axis]).contains(&p[axis]))).collect();
+        let inside =
+            |p: &[f64; D]| p.iter().zip(lower.iter().zip(upper)).all(|(x, (low, high))| (low..=high).contains(&x));
+        let keep: Vec<bool> = self.points.iter().map(inside).collect();
         Self {
             points: kept(self.points, &keep),
             normals: self.normals.map(|normals| kept(normals, &keep)),

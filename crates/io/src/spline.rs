@@ -109,8 +109,9 @@ impl SplineFile {
             if let Some(bad) = knots.iter().find(|t| !t.is_finite()) {
                 return Some(format!("{name} holds {bad}"));
             }
-            if let Some(at) = knots.windows(2).position(|w| w[0] > w[1]) {
-                return Some(format!("{name} falls from {} to {} at entry {}", knots[at], knots[at + 1], at + 1));
+            if let Some((at, (from, to))) = (1..).zip(knots.iter().zip(knots.iter().skip(1))).find(|(_, (a, b))| a > b)
+            {
+                return Some(format!("{name} falls from {from} to {to} at entry {at}"));
             }
             let n = knots.len().saturating_sub(p + 1);
             if n <= p {
@@ -122,8 +123,10 @@ impl SplineFile {
                     knots.len()
                 ));
             }
-            if knots[p] >= knots[n] {
-                return Some(format!("{name} spans no cell: its interval is from {} to {}", knots[p], knots[n]));
+            if let (Some(from), Some(to)) = (knots.get(p), knots.get(n))
+                && from >= to
+            {
+                return Some(format!("{name} spans no cell: its interval is from {from} to {to}"));
             }
         }
         match self.coefficients.indexed_iter().find(|(_, c)| !c.is_finite()) {
@@ -223,7 +226,7 @@ pub fn parse_spline(bytes: &[u8]) -> Result<SplineFile, Malformed> {
         }
         _ => return Err(Malformed::file(format!("degree is {degrees}; one number for all axes is needed"))),
     };
-    let knots = KNOTS[..origin.len()].iter().map(|name| archive.vector(name)).collect::<Result<_, _>>()?;
+    let knots = KNOTS.iter().take(origin.len()).map(|name| archive.vector(name)).collect::<Result<_, _>>()?;
     let root = SplineFile::new(origin, knots, degree, archive.floats("coefficients")?)?;
     let mut levels = Vec::new();
     for k in 1..=count as usize {

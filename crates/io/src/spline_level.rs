@@ -53,8 +53,8 @@ impl SplineLevel {
             let found = self.coefficients.len();
             return Some(format!("{coefficients} has {found} numbers for the {n} rows of {index}"));
         }
-        if let Some(at) = self.coefficients.iter().position(|c| !c.is_finite()) {
-            return Some(format!("{coefficients} holds {} at entry {at}", self.coefficients[at]));
+        if let Some((at, bad)) = self.coefficients.iter().enumerate().find(|(_, c)| !c.is_finite()) {
+            return Some(format!("{coefficients} holds {bad} at entry {at}"));
         }
         let mut keys = Vec::with_capacity(n);
         for (at, row) in self.index.rows().into_iter().enumerate() {
@@ -68,7 +68,7 @@ impl SplineLevel {
             keys.push(key);
         }
         keys.sort_unstable();
-        let twice = keys.windows(2).find(|pair| pair[0] == pair[1])?[0];
+        let (twice, _) = keys.iter().zip(keys.iter().skip(1)).find(|(key, next)| key == next)?;
         let row = |axis: usize| twice >> (21 * (d - 1 - axis)) & (LARGEST_EXTENT as u64 - 1);
         Some(format!("{index} names function {:?} twice", (0..d).map(row).collect::<Vec<_>>()))
     }

@@ -28,15 +28,14 @@ pub struct EvaluationTable<'a, const D: usize> {
 impl<const D: usize> EvaluationTable<'_, D> {
     /// The names of the columns: `x y [z] f`, then `fx fy [fz]`, then `fxx fxy [fxz] fyy [fyz fzz]`, then `distance`.
     pub fn columns(&self) -> Vec<String> {
-        const AXES: [&str; 3] = ["x", "y", "z"];
-        let axes = &AXES[..D];
-        let mut names: Vec<String> = axes.iter().map(|a| (*a).into()).collect();
+        let axes = || ["x", "y", "z"].into_iter().take(D);
+        let mut names: Vec<String> = axes().map(Into::into).collect();
         names.push("f".into());
         if !self.gradients.is_empty() {
-            names.extend(axes.iter().map(|a| format!("f{a}")));
+            names.extend(axes().map(|a| format!("f{a}")));
         }
         if !self.hessians.is_empty() {
-            names.extend((0..D).flat_map(|a| (a..D).map(move |b| format!("f{}{}", AXES[a], AXES[b]))));
+            names.extend(axes().enumerate().flat_map(|(k, a)| axes().skip(k).map(move |b| format!("f{a}{b}"))));
         }
         if !self.distances.is_empty() {
             names.push("distance".into());
@@ -59,11 +58,11 @@ impl<const D: usize> EvaluationTable<'_, D> {
 
     fn row(&self, i: usize, row: &mut Vec<f64>) {
         row.clear();
-        row.extend(self.points[i]);
-        row.push(self.values[i]);
+        row.extend(self.points.get(i).into_iter().flatten());
+        row.extend(self.values.get(i));
         row.extend(self.gradients.get(i).into_iter().flatten());
         if let Some(hessian) = self.hessians.get(i) {
-            row.extend((0..D).flat_map(|a| hessian[a][a..].iter()));
+            row.extend(hessian.iter().enumerate().flat_map(|(a, derivatives)| derivatives.iter().skip(a)));
         }
         row.extend(self.distances.get(i));
     }

@@ -58,7 +58,7 @@ fn utf8(bytes: &[u8]) -> Result<&str, Malformed> {
         return Err(Malformed::file("the text is UTF-16; save it as UTF-8"));
     }
     std::str::from_utf8(bytes).map_err(|error| {
-        let line = 1 + bytes[..error.valid_up_to()].iter().filter(|b| **b == b'\n').count();
+        let line = 1 + bytes.iter().take(error.valid_up_to()).filter(|b| **b == b'\n').count();
         Malformed::line(
             line,
             "this is not UTF-8 text; save the file as UTF-8 (or is it a binary file with a wrong extension?)",
@@ -155,7 +155,7 @@ impl Table {
                 .map(|(channel, name)| Attribute {
                     name: name.to_owned(),
                     kind: NumberKind::U8,
-                    values: colours.iter().map(|c| c[channel]).collect(),
+                    values: colours.iter().filter_map(|c| c.get(channel)).copied().collect(),
                 })
                 .collect();
         }
@@ -168,10 +168,14 @@ impl Table {
 fn bytes_as_colours(attributes: &mut [Attribute]) {
     let Some(columns) = colour_columns(attributes) else { return };
     let is_byte = |v: &f64| v.fract() == 0.0 && (0.0..=255.0).contains(v);
-    let values = || columns.iter().flat_map(|c| &attributes[*c].values);
+    let values = || columns.iter().filter_map(|c| attributes.get(*c)).flat_map(|a| &a.values);
     // Zeros and ones alone may be shares of full light.
     if values().all(is_byte) && values().any(|v| *v > 1.0) {
-        columns.iter().for_each(|c| attributes[*c].kind = NumberKind::U8);
+        for column in columns {
+            if let Some(attribute) = attributes.get_mut(column) {
+                attribute.kind = NumberKind::U8;
+            }
+        }
     }
 }
 

@@ -28,8 +28,8 @@ pub(crate) fn split<'a>(line: &'a str, fields: &mut Vec<&'a str>) -> Result<(), 
 
 /// Commas between digits beside another separator: `1,5;2,5` and `1,234.5 2,345.6` would silently read as four columns.
 fn has_commas_inside_numbers(line: &str) -> bool {
-    let between_digits =
-        line.as_bytes().windows(3).any(|w| w[1] == b',' && w[0].is_ascii_digit() && w[2].is_ascii_digit());
+    let mut triples = line.as_bytes().windows(3);
+    let between_digits = triples.any(|triple| matches!(triple, [b'0'..=b'9', b',', b'0'..=b'9']));
     between_digits && (line.contains(';') || line.split(',').any(has_blanks_between_numbers))
 }
 
