@@ -204,6 +204,10 @@ def fields_by_pyvista(pyvista):
         close(grid.origin[:dimension], origin, 0, "origin")
         close(grid.spacing[:dimension], spacing, 0, "spacing")
         close(grid["f"].reshape(values.shape, order="F"), values, 0, "values")
+        sure = pyvista.read(OUT / f"{name}.vti")
+        close(np.abs(sure["confidence"] - 0.5).max() <= 0.5, True, 0, "confidence between 0 and 1")
+        # A node in a few is beside the points of a thin part.
+        close(np.median(sure["confidence"]), 1.0, 0.01, "confidence in the median")
         said = f"{name}_field.vti: {grid.n_points} nodes"
         if name == "ring":
             # VTK's own contours of the field enclose about what zeroset's mesh does: to a twentieth on cells this coarse.

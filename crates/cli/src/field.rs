@@ -41,6 +41,6 @@ fn write<const D: usize>(arguments: &Field, file: &SplineFile) -> Result<(), Fai
     let values = spline.sample(&lattice::nodes(&spline, spacing)?, [0; D]);
     let (lower, _) = spline.domain();
     let first = axis_by_axis(lower, origin, |lower, origin| lower + origin);
-    let field = zeroset_io::Field { values: values.view(), origin: &first, spacing: &[spacing; D] };
+    let field = zeroset_io::Field { values: values.view(), origin: &first, spacing: &[spacing; D], confidence: None };
     arguments.output.iter().try_for_each(|path| zeroset_io::write_field(path, &field).map_err(Failure::writing))
 }

@@ -211,7 +211,11 @@ fn write_function<const D: usize>(path: &Path, kind: OutputKind, result: &Recons
     let values = result.spline.sample(&nodes, [0; D]) / result.frame.scale;
     let first = result.frame.to_data(&result.domain.lower);
     let spacing = [result.domain.spacing(result.halvings) / result.frame.scale; D];
-    let field = zeroset_io::Field { values: values.view(), origin: &first, spacing: &spacing };
+    // Open surfaces have no sides to be sure of, and the other formats no room.
+    let is_wanted = !result.open && zeroset_io::extension_among(path, &["vti"]).is_ok();
+    let confidence = is_wanted.then(|| result.confidence_field()).transpose().map_err(Failure::internal)?;
+    let confidence = confidence.as_ref().map(|values| values.view());
+    let field = zeroset_io::Field { values: values.view(), origin: &first, spacing: &spacing, confidence };
     zeroset_io::write_field(path, &field).map_err(Failure::writing)
 }
 

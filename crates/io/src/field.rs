@@ -20,6 +20,9 @@ pub struct Field<'a> {
     pub origin: &'a [f64],
     /// The distance between neighbours along each axis, data units, `D`.
     pub spacing: &'a [f64],
+    /// How sure the sides are, from 0 to 1, on the same nodes, where that is known; `.vti` files have it beside the values, the
+    /// others do not.
+    pub confidence: Option<ArrayViewD<'a, f64>>,
 }
 
 impl Field<'_> {
@@ -31,6 +34,9 @@ impl Field<'_> {
         }
         if let Some(bad) = self.origin.iter().chain(self.spacing).find(|number| !number.is_finite()) {
             return Some(format!("a field with {bad} in its origin or spacing"));
+        }
+        if self.confidence.as_ref().is_some_and(|confidence| confidence.shape() != self.values.shape()) {
+            return Some("a field whose confidence has other nodes".into());
         }
         self.values.is_empty().then(|| "a field without values".into())
     }

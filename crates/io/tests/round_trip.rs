@@ -64,7 +64,7 @@ proptest! {
         }
         let array = Array2::from_shape_vec((points.len(), 3), points.as_flattened().to_vec()).unwrap();
         let path = folder.path().join("a.npy");
-        write_field(&path, &Field { values: array.view().into_dyn(), origin: &[0.0; 2], spacing: &[1.0; 2] }).unwrap();
+        write_field(&path, &Field { values: array.view().into_dyn(), origin: &[0.0; 2], spacing: &[1.0; 2], confidence: None }).unwrap();
         prop_assert_eq!(bits(&space(&path).points), bits(&points));
     }
 
@@ -249,7 +249,8 @@ fn fields_are_written_in_c_order_from_any_view() {
     let mut fortran = Array3::zeros((2, 3, 4).f());
     fortran.assign(&values);
     let field = |view: ArrayView3<'_, f64>, path: &Path| {
-        write_field(path, &Field { values: view.into_dyn(), origin: &[0.0; 3], spacing: &[1.0; 3] }).unwrap();
+        write_field(path, &Field { values: view.into_dyn(), origin: &[0.0; 3], spacing: &[1.0; 3], confidence: None })
+            .unwrap();
         std::fs::read(path).unwrap()
     };
     let bytes = field(values.view(), &c_order);
@@ -262,7 +263,7 @@ fn fields_in_exr_have_x_to_the_right_y_up_and_a_layer_for_each_z() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("field.exr");
     let values = Array3::from_shape_fn((4, 3, 2), |(i, j, k)| (i * 100 + j * 10 + k) as f64);
-    let field = Field { values: values.view().into_dyn(), origin: &[0.0; 3], spacing: &[1.0; 3] };
+    let field = Field { values: values.view().into_dyn(), origin: &[0.0; 3], spacing: &[1.0; 3], confidence: None };
     write_field(&path, &field).unwrap();
     let image = exr::prelude::read_all_flat_layers_from_file(&path).unwrap();
     let names: Vec<String> =
@@ -277,9 +278,13 @@ fn fields_in_exr_have_x_to_the_right_y_up_and_a_layer_for_each_z() {
         }
     }
     let plane = Array2::<f64>::zeros((4, 3));
-    write_field(&path, &Field { values: plane.view().into_dyn(), origin: &[0.0; 2], spacing: &[1.0; 2] }).unwrap();
+    write_field(
+        &path,
+        &Field { values: plane.view().into_dyn(), origin: &[0.0; 2], spacing: &[1.0; 2], confidence: None },
+    )
+    .unwrap();
     assert_eq!(exr::prelude::read_all_flat_layers_from_file(&path).unwrap().layer_data.len(), 1);
-    let misfit = Field { values: plane.view().into_dyn(), origin: &[0.0; 3], spacing: &[1.0; 2] };
+    let misfit = Field { values: plane.view().into_dyn(), origin: &[0.0; 3], spacing: &[1.0; 2], confidence: None };
     assert!(matches!(write_field(&path, &misfit), Err(WriteError::Invalid { .. })));
 }
 

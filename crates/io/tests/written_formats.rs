@@ -235,7 +235,12 @@ fn vti(bytes: &[u8]) -> (String, Vec<f64>) {
 #[test]
 fn fields_in_vti_have_x_fastest() {
     let values = Array3::from_shape_fn((2, 3, 4), |(i, j, k)| (i + 10 * j + 100 * k) as f64);
-    let field = Field { values: values.view().into_dyn(), origin: &[0.5, 1e-7, 5e6], spacing: &[0.25, 0.5, 1.0] };
+    let field = Field {
+        values: values.view().into_dyn(),
+        origin: &[0.5, 1e-7, 5e6],
+        spacing: &[0.25, 0.5, 1.0],
+        confidence: None,
+    };
     let (header, read) = vti(&written("a.vti", |path| write_field(path, &field).unwrap()));
     let whole = r#"WholeExtent="0 1 0 2 0 3" Origin="0.5 1e-7 5000000.0" Spacing="0.25 0.5 1.0""#;
     assert!(header.contains(whole), "{header}");
@@ -243,10 +248,35 @@ fn fields_in_vti_have_x_fastest() {
     assert_eq!(read, expected);
 
     let plane = Array2::from_shape_fn((2, 3), |(i, j)| (i + 10 * j) as f64);
-    let field = Field { values: plane.view().into_dyn(), origin: &[0.0; 2], spacing: &[0.5; 2] };
+    let field = Field { values: plane.view().into_dyn(), origin: &[0.0; 2], spacing: &[0.5; 2], confidence: None };
     let (header, read) = vti(&written("a.vti", |path| write_field(path, &field).unwrap()));
     assert!(header.contains(r#"WholeExtent="0 1 0 2 0 0" Origin="0.0 0.0 0.0" Spacing="0.5 0.5 1.0""#), "{header}");
     assert_eq!(read, [0.0, 1.0, 10.0, 11.0, 20.0, 21.0]);
+}
+
+#[test]
+fn fields_in_vti_have_their_confidence_beside_them() {
+    let values = Array2::from_shape_fn((2, 3), |(i, j)| (i + 10 * j) as f64);
+    let confidence = values.mapv(|value| value / 21.0);
+    let field = |confidence| Field {
+        values: values.view().into_dyn(),
+        origin: &[0.0; 2],
+        spacing: &[0.5; 2],
+        confidence: Some(confidence),
+    };
+    let bytes = written("a.vti", |path| write_field(path, &field(confidence.view().into_dyn())).unwrap());
+    let text = String::from_utf8_lossy(&bytes);
+    // Six values and their length come before it.
+    assert!(text.contains(r#"<DataArray type="Float64" Name="confidence" format="appended" offset="56"/>"#), "{text}");
+    let start = bytes.windows(2).position(|w| w == b"\n_").unwrap() + 2 + 56;
+    let numbers = bytes[start + 8..start + 56].as_chunks::<8>().0.iter().map(|b| f64::from_le_bytes(*b));
+    assert_eq!(u64::from_le_bytes(bytes[start..start + 8].try_into().unwrap()), 48);
+    assert!(numbers.eq([0.0, 1.0, 10.0, 11.0, 20.0, 21.0].map(|value| value / 21.0)));
+    assert_eq!(&bytes[start + 56..], b"\n</AppendedData>\n</VTKFile>\n");
+
+    let folder = tempfile::tempdir().unwrap();
+    let other = Array2::<f64>::zeros((3, 2));
+    assert!(write_field(folder.path().join("b.vti"), &field(other.view().into_dyn())).is_err());
 }
 
 #[test]

@@ -44,6 +44,7 @@
 
 mod anchor;
 mod calibration;
+mod confidence;
 mod crossings;
 mod denoising;
 mod domain;
@@ -76,6 +77,7 @@ mod topology_changes;
 mod trust;
 mod volume;
 
+pub use confidence::RegionReport;
 pub use crossings::{crossings, gaps, off_the_surface};
 pub use domain::Domain;
 pub use error::{InputError, ReconstructError};

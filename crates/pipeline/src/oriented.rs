@@ -26,7 +26,8 @@ pub struct OrientedPoint<const D: usize> {
 impl<const D: usize> Reconstruction<D> {
     /// The points that were reconstructed (`N × D`, data coordinates, the same order) with their outward unit normals
     /// `∇f / ‖∇f‖` and a confidence between 0 and 1: 1 where the function passes through the point with a gradient of at least
-    /// its usual length. The normals of noisy points are those of f̂. A repeated point is an outlier where the first of its
+    /// its usual length, and winding numbers agree with its side ([`Reconstruction::confidence`]; not with
+    /// [`Options::open`](crate::Options::open)). The normals of noisy points are those of f̂. A repeated point is an outlier where the first of its
     /// place is one, and so is a point that was left out of the box, whose confidence is 0.
     pub fn oriented(&self, points: &[[f64; D]]) -> Vec<OrientedPoint<D>> {
         let places: Vec<[f64; D]> = points.iter().map(|point| self.frame.to_frame(point)).collect();
@@ -38,20 +39,26 @@ impl<const D: usize> Reconstruction<D> {
         let length = |g: &[f64; D]| g.iter().map(|g| g * g).sum::<f64>().sqrt();
         let inside = || evaluation.gradients.iter().map(length).filter(|length| length.is_finite());
         let usual = inside().sum::<f64>() / inside().count().max(1) as f64;
+        // Of an open surface winding numbers say nothing; what is no place has no side.
+        let sides = match self.open {
+            true => vec![1.0; places.len()],
+            false => self.confidence_in_frame(&places).unwrap_or_else(|_| vec![0.0; places.len()]),
+        };
         let tree = tree_of(&self.points);
         let first = |place| tree.query(place).nearest_one::<SquaredEuclidean<f64>>().execute().item as usize;
         points
             .par_iter()
             .zip(&places)
-            .zip(evaluation.values.par_iter().zip(&evaluation.gradients))
-            .map(|((point, place), (value, gradient))| {
+            .zip(evaluation.values.par_iter().zip(&evaluation.gradients).zip(&sides))
+            .map(|((point, place), ((value, gradient), side))| {
                 let norm = length(gradient);
                 if !norm.is_finite() {
                     return OrientedPoint { position: *point, normal: [0.0; D], confidence: 0.0, outlier: true };
                 }
                 let normal = gradient.map(|g| if norm > 0.0 { g / norm } else { 0.0 });
                 // A residual of a cell leaves no confidence.
-                let confidence = (norm / usual.max(f64::MIN_POSITIVE)).min(1.0)
+                let confidence = side
+                    * (norm / usual.max(f64::MIN_POSITIVE)).min(1.0)
                     * (1.0 - (value / norm.max(f64::MIN_POSITIVE) / cell).abs()).max(0.0);
                 OrientedPoint { position: *point, normal, confidence, outlier: self.outliers[first(place)] }
             })

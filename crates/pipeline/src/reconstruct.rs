@@ -237,7 +237,8 @@ pub(crate) fn road<const D: usize>(
 
     let spline = calibrated(spline, &domain, halvings, &distance, fitted_spacing.typical)?;
 
-    let trust = trust::judge(&spline, (&fitted, &fitted_spacing), few, few_spacing, &domain.knots(options.degree, 0)?)?;
+    let coarse = domain.knots(options.degree, 0)?;
+    let trust = trust::judge(&spline, (&fitted, &fitted_spacing), few, few_spacing, &coarse, &frame)?;
     let (warning, mut doubt) = trust::verdict::<D>(&trust, options.open);
     if doubt.is_none() && fill_volume(&fitted) {
         let (shape, body) = (shape_name(D), if D == 2 { "an area" } else { "a volume" });

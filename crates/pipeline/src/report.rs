@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use crate::confidence::RegionReport;
 use crate::extraction::Figures;
 use crate::memory::MemoryReport;
 use crate::sign::SignReport;
@@ -41,6 +42,8 @@ pub struct TrustReport {
     pub misfit: f64,
     /// Share of the points where the gradient is shorter than 0.3 of its mean: inside and outside are hardly told apart.
     pub flat: f64,
+    /// The same part by part, the least sure first.
+    pub regions: Vec<RegionReport>,
 }
 
 /// The points that were given.

@@ -3,7 +3,9 @@
 use zeroset_bspline::{Derivatives, Evaluation, Implicit, KnotVector};
 use zeroset_gefm::Referee;
 
+use crate::confidence::{RegionReport, UNSURE, regions};
 use crate::error::ReconstructError;
+use crate::frame::Frame;
 use crate::report::TrustReport;
 use crate::spacing::Spacing;
 
@@ -12,8 +14,6 @@ use crate::spacing::Spacing;
 pub const NO_TRUST: f64 = 0.4;
 /// Above this score some part is probably on the wrong side.
 pub const SOME_DOUBT: f64 = 0.24;
-/// `|W − ½|` at a point from which its side is unsure: W is nearer to what it would be a full sheet away.
-const UNSURE: f64 = 0.4;
 /// A point does not fit if it lies farther from the zero set than this share of its spacing and than so many times the
 /// median of all points.
 const FAR_OFF: f64 = 0.1;
@@ -33,12 +33,19 @@ pub fn judge<const D: usize>(
     points: &[[f64; D]],
     spacing: &Spacing,
     knots: &[KnotVector; D],
+    frame: &Frame<D>,
 ) -> Result<TrustReport, ReconstructError> {
     let referee = Referee::new(points, &spacing.areas, spacing.typical, spacing.density, knots)?;
     let (judgement, winding) = referee.judge(f)?;
     let unsure = winding.iter().filter(|w| (**w - 0.5).abs() > UNSURE).count() as f64 / winding.len() as f64;
     let at = f.evaluate(fitted, Derivatives::Gradient);
-    Ok(TrustReport { judgement, unsure, misfit: misfit(&at, own), flat: flat(&at) })
+    Ok(TrustReport {
+        judgement,
+        unsure,
+        misfit: misfit(&at, own),
+        flat: flat(&at),
+        regions: regions(points, &winding, frame),
+    })
 }
 
 /// Share of the points at which f is flat: the gradient of a distance has the same length everywhere.
@@ -78,7 +85,8 @@ pub fn verdict<const D: usize>(trust: &TrustReport, open: bool) -> (Option<Strin
     }
     if score > SOME_DOUBT && !open {
         let warning = format!(
-            "some points are probably on the wrong side (score {score:.2}, {unsure:.0} % of the points unsure): {advice}"
+            "some points are probably on the wrong side (score {score:.2}, {unsure:.0} % of the points unsure{}): {advice}",
+            trust.regions.first().map_or_else(String::new, around)
         );
         return (Some(warning), None);
     }
@@ -98,6 +106,12 @@ pub fn verdict<const D: usize>(trust: &TrustReport, open: bool) -> (Option<Strin
     });
     let warning = misfit.or(flat);
     (warning, None)
+}
+
+/// Where doubt is greatest.
+fn around(region: &RegionReport) -> String {
+    let centre: Vec<String> = region.centre.iter().map(|x| format!("{x:.4}")).collect();
+    format!(", most around ({})", centre.join(", "))
 }
 
 #[cfg(test)]

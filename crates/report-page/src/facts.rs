@@ -209,6 +209,11 @@ pub(crate) fn trust(report: &Report) -> String {
         "how far the sides of the points contradict winding numbers: below {SOME_DOUBT} is sound, above {NO_TRUST} there is no trust; \
          of open surfaces it says little"
     );
+    let (least, around) = trust.regions.first().map_or_else(Default::default, |region| {
+        let centre: Vec<String> = region.centre.iter().map(|x| figure(*x)).collect();
+        (figure(region.confidence), format!("at {} points around ({})", count(region.points), centre.join(", ")))
+    });
+    let around = format!("from 0 to 1, over a box of an eighth of the longest side; {around}");
     let uncovered = extraction(report).map_or(f64::NAN, |extraction| extraction.uncovered);
     let memory = report.memory.limit.map_or_else(String::new, |limit| format!("{} were allowed", bytes(limit)));
     facts(
@@ -216,6 +221,7 @@ pub(crate) fn trust(report: &Report) -> String {
         &[
             ("score", meter, &limits),
             ("side unsure", percent(trust.unsure), "share of the points that could as well be on the other side"),
+            ("least sure part", least, &around),
             (
                 "off the result",
                 percent(trust.misfit),
