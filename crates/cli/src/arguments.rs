@@ -23,7 +23,7 @@ pub struct Arguments {
     /// Print nothing but errors
     #[arg(short, long, global = true, help_heading = "Running")]
     pub quiet: bool,
-    /// Number of threads; the result does not depend on it [default: all cores]
+    /// Number of threads; the result does not depend on it [default: all cores] [example: 4]
     #[arg(long, global = true, value_name = "N", help_heading = "Running")]
     pub threads: Option<usize>,
 }
@@ -72,14 +72,15 @@ pub struct Reconstruct {
     /// .las .laz .e57; - for standard input. Several files are one cloud
     #[arg(required = true)]
     pub points: Vec<PathBuf>,
-    /// The format of the points, whatever the extension; needed for standard input
+    /// The format of the points, whatever the extension; needed for standard input [example: xyz]
     #[arg(long, value_name = "EXTENSION", value_parser = format_parser(), hide_possible_values = true, help_heading = "Input")]
     pub format: Option<PointFormat>,
     /// What to do with normals that the points have: nothing, begin with them, or let them decide the sides. Which way is out is
     /// found in any case
     #[arg(long, value_enum, default_value_t = Normals::Hint, help_heading = "Input")]
     pub normals: Normals,
-    /// Take only the points in this box: X0,Y0,Z0,X1,Y1,Z1, in the plane X0,Y0,X1,Y1, in the unit of the points
+    /// Take only the points in this box: X0,Y0,Z0,X1,Y1,Z1, in the plane X0,Y0,X1,Y1, in the unit of the points [default: all
+    /// points] [example: -1,-1,0,1,1,2]
     #[arg(
         long = "box",
         value_name = "CORNERS",
@@ -88,29 +89,29 @@ pub struct Reconstruct {
         help_heading = "Input"
     )]
     pub corners: Vec<f64>,
-    /// Take two of the three coordinates: the points seen along the third axis, whose outline is wanted
+    /// Take two of the three coordinates: the points seen along the third axis, whose outline is wanted [default: all three]
     #[arg(long, value_enum, help_heading = "Input")]
     pub plane: Option<Plane>,
     /// Where to write, repeatable; the extension decides what: mesh .ply .obj .stl .glb (3D), curve .svg .json .csv .dxf (2D),
     /// spline .npz, field .npy .exr .vti, picture .png: the surface with points from the front, obliquely and from above, or the
-    /// function's levels with curve and points (also as preview.svg)
+    /// function's levels with curve and points (also as preview.svg) [example: surface.ply]
     #[arg(short, long = "output", value_name = "FILE", required_unless_present_any = ["oriented", "report"], help_heading = "Output")]
     pub output: Vec<PathBuf>,
-    /// Write the input points with outward normals, confidence and which are outliers (.ply)
+    /// Write the input points with outward normals, confidence and which are outliers (.ply) [example: normals.ply]
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub oriented: Option<PathBuf>,
     /// The axis that points up in pictures
     #[arg(long, value_enum, default_value_t = UpAxis::Y, help_heading = "Output")]
     pub up: UpAxis,
     /// Write the report, repeatable: stages, figures, topology of the result as .json, or as an .html page with pictures, plots and a
-    /// view of the surface that can be turned
+    /// view of the surface that can be turned [example: report.html]
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub report: Vec<PathBuf>,
     /// Cells along the longest side of the points' bounding box on the finest level, 8 to 1024 [default: from the spacing of
-    /// the points]
+    /// the points] [example: 256]
     #[arg(long, value_name = "CELLS", help_heading = "Fit")]
     pub resolution: Option<usize>,
-    /// Smooth away detail below this length, in the unit of the points [default: automatic]
+    /// Smooth away detail below this length, in the unit of the points [default: automatic] [example: 0.5]
     #[arg(long, value_name = "LENGTH", allow_negative_numbers = true, help_heading = "Fit")]
     pub smooth: Option<f64>,
     /// Leave open what the points leave open: the result ends where they do, within about two of their spacings, and holes
@@ -118,10 +119,10 @@ pub struct Reconstruct {
     #[arg(long, help_heading = "Fit")]
     pub open: bool,
     /// Room around the points in which the function is defined, at least, in the unit of the points; up to half their longest side
-    /// [default: a few cells]
+    /// [default: a few cells] [example: 10]
     #[arg(long, value_name = "LENGTH", allow_negative_numbers = true, help_heading = "Fit")]
     pub margin: Option<f64>,
-    /// Degree of the B-splines, 2 to 5
+    /// Degree of the B-splines, 2 to 5 [example: 2]
     #[arg(long, value_name = "DEGREE", default_value_t = 3, help_heading = "Fit")]
     pub degree: usize,
     /// How inside is told from outside
@@ -131,11 +132,11 @@ pub struct Reconstruct {
     #[arg(long, value_enum, default_value_t = Distance::ClosestPoint, help_heading = "Fit")]
     pub distance: Distance,
     /// Memory to use at most: bytes, or with K, M, G or T (powers of 1024). Where more would be needed cells are coarser, with a
-    /// warning [default: 70 % of what is free]
+    /// warning [default: 70 % of what is free] [example: 4G]
     #[arg(long, value_name = "SIZE", value_parser = parse_memory, help_heading = "Running")]
     pub memory: Option<u64>,
     /// Wall-clock time for the whole run at most, in seconds: a run that is not done by then ends with exit code 6 and writes nothing
-    /// more; files that it had finished stay [default: no limit]
+    /// more; files that it had finished stay [default: no limit] [example: 60]
     #[arg(long, value_name = "SECONDS", value_parser = parse_seconds, help_heading = "Running")]
     pub time: Option<Duration>,
     /// Stop at the initial shape: no dynamic reconstruction
@@ -190,17 +191,17 @@ pub struct Eval {
     pub spline: PathBuf,
     /// Where to evaluate: a points file of the same dimension, or - for standard input
     pub points: PathBuf,
-    /// The format of the points, whatever the extension; needed for standard input
+    /// The format of the points, whatever the extension; needed for standard input [example: xyz]
     #[arg(long, value_name = "EXTENSION", value_parser = format_parser(), hide_possible_values = true)]
     pub format: Option<PointFormat>,
     /// Add the signed distance from the curve or surface, in the unit of the points: right at any distance, and outside the
     /// function's box too. It takes the time of an extraction
     #[arg(long)]
     pub distance: bool,
-    /// Memory to use at most for that: bytes, or with K, M, G or T (powers of 1024) [default: 70 % of what is free]
+    /// Memory to use at most for that: bytes, or with K, M, G or T (powers of 1024) [default: 70 % of what is free] [example: 4G]
     #[arg(long, value_name = "SIZE", value_parser = parse_memory, requires = "distance")]
     pub memory: Option<u64>,
-    /// Where to write: .csv or .npy, one row per point
+    /// Where to write: .csv or .npy, one row per point [example: values.csv]
     #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,
 }
@@ -209,18 +210,20 @@ pub struct Eval {
 pub struct Mesh {
     /// A spline saved by reconstruct (.npz)
     pub spline: PathBuf,
-    /// Where to write, repeatable: mesh .ply .obj .stl .glb (3D), curve .svg .json .csv .dxf (2D)
+    /// Where to write, repeatable: mesh .ply .obj .stl .glb (3D), curve .svg .json .csv .dxf (2D) [example: fine.ply]
     #[arg(short, long, value_name = "FILE", required = true)]
     pub output: Vec<PathBuf>,
     /// At least this many cells along the longest side of the function's box, 2 to 4096: its coarsest cells are halved as often as
     /// that takes, and at least down to its finest ones. Time and memory grow with the square [default: 96]
+    /// [example: 512]
     #[arg(long, value_name = "CELLS")]
     pub resolution: Option<usize>,
-    /// Memory to use at most: bytes, or with K, M, G or T (powers of 1024) [default: 70 % of what is free]
+    /// Memory to use at most: bytes, or with K, M, G or T (powers of 1024) [default: 70 % of what is free] [example: 4G]
     #[arg(long, value_name = "SIZE", value_parser = parse_memory)]
     pub memory: Option<u64>,
     /// Extract f = VALUE in place of f = 0, in the unit of the points: positive values lie outside, negative inside. Near the surface
-    /// f is close to the distance from it, so that small values give offset surfaces; farther away it is not a distance
+    /// f is close to the distance from it, so that small values give offset surfaces; farther away it is not a distance [example:
+    /// 0.5]
     #[arg(long, value_name = "VALUE", default_value_t = 0.0, allow_negative_numbers = true)]
     pub iso: f64,
 }
@@ -229,13 +232,14 @@ pub struct Mesh {
 pub struct Field {
     /// A spline saved by reconstruct (.npz)
     pub spline: PathBuf,
-    /// Where to write, repeatable: .npy .npz .exr .vti
+    /// Where to write, repeatable: .npy .npz .exr .vti [example: field.vti]
     #[arg(short, long, value_name = "FILE", required = true)]
     pub output: Vec<PathBuf>,
-    /// Distance between neighbouring nodes, in the unit of the points
+    /// Distance between neighbouring nodes, in the unit of the points [default: as --cells says] [example: 0.1]
     #[arg(long, value_name = "LENGTH", conflicts_with = "cells")]
     pub spacing: Option<f64>,
     /// Cells along the longest side of the function's box [default: the function's own finest ones, at most 512]
+    /// [example: 256]
     #[arg(long, value_name = "CELLS")]
     pub cells: Option<usize>,
 }
@@ -244,25 +248,27 @@ pub struct Field {
 pub struct Render {
     /// A spline saved by reconstruct (.npz)
     pub spline: PathBuf,
-    /// Where to write, repeatable: .png, in 2D also .svg
+    /// Where to write, repeatable: .png, in 2D also .svg [example: view.png]
     #[arg(short, long, value_name = "FILE", required = true)]
     pub output: Vec<PathBuf>,
     /// Points to be drawn too: a points file of the same dimension, or - for standard input. Of more than 20000 some
+    /// [default: none] [example: scan.ply]
     #[arg(long, value_name = "FILE")]
     pub points: Option<PathBuf>,
-    /// The format of the points, whatever the extension; needed for standard input
+    /// The format of the points, whatever the extension; needed for standard input [example: xyz]
     #[arg(long, value_name = "EXTENSION", value_parser = format_parser(), hide_possible_values = true)]
     pub format: Option<PointFormat>,
     /// From which direction a surface is seen: from the surface towards the viewer [default: from the front, the right and above]
+    /// [example: 1,0.5,1]
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_direction, allow_hyphen_values = true)]
     pub view: Option<[f64; 3]>,
     /// The axis that points up in the picture of a surface
     #[arg(long, value_enum, default_value_t = UpAxis::Y)]
     pub up: UpAxis,
-    /// Pixels of the picture; that of a plane function has its shape, and is as large as there is room
+    /// Pixels of the picture; that of a plane function has its shape, and is as large as there is room [example: 1200x900]
     #[arg(long, value_name = "WxH", value_parser = parse_size, default_value = "800x800")]
     pub size: Size,
-    /// Draw f = VALUE in place of f = 0, in the unit of the points
+    /// Draw f = VALUE in place of f = 0, in the unit of the points [example: 0.5]
     #[arg(long, value_name = "VALUE", default_value_t = 0.0, allow_negative_numbers = true)]
     pub iso: f64,
 }
@@ -330,7 +336,7 @@ fn parse_size(text: &str) -> Result<Size, String> {
 pub struct Info {
     /// A points file or a spline (.npz), or - for points on standard input
     pub file: PathBuf,
-    /// The format of the points, whatever the extension; needed for standard input
+    /// The format of the points, whatever the extension; needed for standard input [example: xyz]
     #[arg(long, value_name = "EXTENSION", value_parser = format_parser(), hide_possible_values = true)]
     pub format: Option<PointFormat>,
 }
@@ -343,7 +349,7 @@ pub struct Completions {
 
 #[derive(Args)]
 pub struct Man {
-    /// Where to write all pages, as .1 files; made if it is not there
+    /// Where to write all pages, as .1 files; made if it is not there [default: standard output, the main page]
     #[arg(value_name = "FOLDER")]
     pub folder: Option<PathBuf>,
 }
@@ -351,6 +357,45 @@ pub struct Man {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use clap::CommandFactory;
+
+    /// Where an option has a list of values they are examples enough.
+    #[test]
+    fn every_option_has_an_example_that_is_right_and_a_default() {
+        let program = Arguments::command();
+        let mut options = 0;
+        for command in program.get_subcommands() {
+            let free = |arg: &&clap::Arg| {
+                arg.get_action().takes_values() && arg.get_value_parser().possible_values().is_none()
+            };
+            for arg in command.get_opts().filter(free) {
+                let help = arg.get_help().unwrap().to_string();
+                let name = format!("{} --{}: {help}", command.get_name(), arg.get_long().unwrap());
+                let (_, example) = help.split_once("[example: ").expect(&name);
+                let example = example.strip_suffix(']').expect(&name);
+                let is_path = arg.get_value_names().unwrap()[0] == "FILE";
+                assert!(is_path || help.contains("[default: ") || !arg.get_default_values().is_empty(), "{name}");
+                let given = [format!("--{}", arg.get_long().unwrap()), example.to_owned()];
+                let others: &[&str] = match command.get_name() {
+                    "reconstruct" => &["points.xyz", "-o", "a.ply"],
+                    "eval" if arg.get_id() == "memory" => &["a.npz", "points.xyz", "-o", "a.csv", "--distance"],
+                    "eval" => &["a.npz", "points.xyz"],
+                    "info" => &["points.xyz"],
+                    _ => &["a.npz"],
+                };
+                let output: &[&str] = match (command.get_name(), arg.get_id().as_str()) {
+                    (_, "output") | ("reconstruct" | "info", _) | ("eval", "memory") => &[],
+                    _ => &["-o", "a.ply"],
+                };
+                let start = ["zeroset", command.get_name()].into_iter().map(str::to_owned);
+                let rest = others.iter().chain(output).map(|text| (*text).to_owned());
+                let parsed = Arguments::try_parse_from(start.chain(given).chain(rest));
+                assert!(parsed.is_ok(), "{name}: {}", parsed.err().unwrap());
+                options += 1;
+            }
+        }
+        assert!(options > 20, "{options}");
+    }
 
     #[test]
     fn sizes_of_memory() {
