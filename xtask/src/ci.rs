@@ -7,7 +7,7 @@ use anyhow::{Context, Result, bail};
 
 /// Runs the checks in order and stops at the first that fails.
 pub fn run() -> Result<()> {
-    let nextest = Command::new("cargo").args(["nextest", "--version"]).output().is_ok_and(|o| o.status.success());
+    let nextest = has("nextest");
     step("format", cargo(&["fmt", "--all", "--check"]))?;
     step("lints", cargo(&["clippy", "--quiet", "--workspace", "--all-targets", "--", "-D", "warnings"]))?;
     // Examples have been checked with the lints: to build them too takes minutes.
@@ -18,8 +18,18 @@ pub fn run() -> Result<()> {
     doc.env("RUSTDOCFLAGS", "-D warnings");
     step("documentation", doc)?;
     step("golden data", cargo(&["xtask", "golden"]))?;
+    if has("deny") {
+        step("dependencies", cargo(&["deny", "--log-level", "error", "check", "licenses", "bans", "sources"]))?;
+    } else {
+        eprintln!("── dependencies: not checked, for there is no cargo-deny");
+    }
     eprintln!("everything passed");
     Ok(())
+}
+
+/// Whether cargo has a command that is installed by itself.
+fn has(name: &str) -> bool {
+    cargo(&[name, "--version"]).output().is_ok_and(|output| output.status.success())
 }
 
 fn cargo(arguments: &[&str]) -> Command {
