@@ -229,6 +229,19 @@ mod tests {
         }
     }
 
+    #[test]
+    fn a_solution_that_has_not_converged_is_none() {
+        let axes = [even(2.0, 9), even(1.5, 6), even(1.0, 5)];
+        let phi = ArrayD::from_shape_fn(vec![9, 6, 5], |i| ((i[0] * 31 + i[1] * 17 + i[2] * 7) % 23) as f64 - 11.0);
+        let options = Options { fairness: Fairness::Weight(0.1), most_iterations: 2, ..Options::default() };
+        let refused = fit(phi.view(), &axes, &knots(), &options).unwrap_err();
+        let Error::NotConverged { iterations: 2, residual } = refused else { panic!("{refused:?}") };
+        assert!(residual > options.tolerance && residual < 1.0, "{residual}");
+        // It is enough, if that is enough.
+        let content = Options { tolerance: 1.01 * residual, ..options };
+        assert_eq!(fit(phi.view(), &axes, &knots(), &content).unwrap().1.residual, residual);
+    }
+
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(24))]
 
