@@ -68,6 +68,8 @@ const ROUNDS: usize = 4;
 const MANY_ISOLATED: f64 = 0.005;
 /// If a larger share of the points are isolated, they are the shape.
 const MOST_ISOLATED: f64 = 0.25;
+/// The dense lattice in the plane has no more cells along the longest side than so many times the number of points.
+const MOST_CELLS: usize = 4;
 /// The finest lattice of the topology stage, in halvings of the coarsest.
 pub(crate) const FINEST_RUNG: u32 = 2;
 /// Below this share of zero-set edges with data nearby, a warning is given.
@@ -351,10 +353,11 @@ impl Road<'_> {
 }
 
 /// Cells along the longest side of the lattice on which topology is decided. In 2D, where it costs next to nothing, the cells
-/// follow the spacing of the points, so that narrow gaps stay open; in 3D a direct factorisation sets the limit.
+/// follow the spacing of the points, so that narrow gaps stay open, unless there are fewer points than cells on that side; in 3D a
+/// direct factorisation sets the limit.
 pub fn coarse_cells<const D: usize>(spacing: &Spacing) -> usize {
     let mut cells = if D == 2 { 24 } else { 16 };
-    while D == 2 && cells < 96 && 0.5 / cells as f64 >= 1.5 * spacing.typical {
+    while D == 2 && cells < spacing.local.len().min(96) && 0.5 / cells as f64 >= 1.5 * spacing.typical {
         cells *= 2;
     }
     cells
@@ -426,8 +429,11 @@ fn lattices<const D: usize>(frame: &Frame<D>, spacing: &Spacing, margin: f64, op
             let domain = Domain::with_margin(&frame.sides, coarse, margin);
             // Cells of about the spacing, in 3D of a third of it, where sparse points leave gaps.
             let finer = if D == 2 { 0.0 } else { 1.5 };
-            let halvings =
-                ((domain.spacing / spacing.typical).log2() + finer).round().clamp(1.0, f64::from(most)) as u32;
+            let wanted = ((domain.spacing / spacing.typical).log2() + finer).round();
+            // Round a closed curve of evenly spaced points less than one cell of their spacing per point fits along a side; in
+            // clusters far apart millions would.
+            let few = if D == 2 { (MOST_CELLS * spacing.local.len() / coarse).max(2).ilog2() } else { most };
+            let halvings = wanted.clamp(1.0, f64::from(most.min(few))) as u32;
             Lattices { domain, halvings, levels: None }
         }
     }
@@ -550,6 +556,33 @@ mod tests {
                 "{strays}: {} left",
                 rest.len() - 4000
             );
+        }
+    }
+
+    #[test]
+    fn clusters_far_apart_make_no_huge_lattice() {
+        // Eight points on a ring of radius 1e-3 in each corner of a square: the six next to one lie in its own ring.
+        let corners = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]];
+        let near = |[x, y]: [f64; 2], i: usize| {
+            let (s, c) = (i as f64 / 8.0 * std::f64::consts::TAU).sin_cos();
+            [x + 1e-3 * c, y + 1e-3 * s]
+        };
+        let clusters: Vec<[f64; 2]> = corners.iter().flat_map(|corner| (0..8).map(|i| near(*corner, i))).collect();
+        let cells = |points: &[[f64; 2]]| {
+            let (frame, distinct) = Frame::of(points).unwrap();
+            let Lattices { domain, halvings, .. } = lattices(&frame, &Spacing::of(&distinct), 0.1, &Options::default());
+            (domain.spacing(halvings).recip().round(), Spacing::of(&distinct).typical)
+        };
+        let (found, spacing) = cells(&clusters);
+        assert!(found <= 128.0 && found < 0.1 / spacing, "{found} cells, {spacing}");
+        // Round a circle the cells are about as wide as the spacing all the same.
+        for count in [40, 200, 1000] {
+            let circle: Vec<[f64; 2]> = (0..count)
+                .map(|i| (f64::from(i) / f64::from(count) * std::f64::consts::TAU).sin_cos())
+                .map(|(s, c)| [c, s])
+                .collect();
+            let (found, spacing) = cells(&circle);
+            assert!((0.6..1.5).contains(&(found * spacing)) || found == 48.0, "{count}: {found} cells, {spacing}");
         }
     }
 
