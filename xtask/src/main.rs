@@ -1,9 +1,10 @@
-//! Project tasks: `cargo xtask bench`, `cargo xtask ci`, `cargo xtask compare`, `cargo xtask faults`, `cargo xtask foreign`,
-//! `cargo xtask golden`, `cargo xtask manual`, `cargo xtask paper`, `cargo xtask sample`, `cargo xtask soak`.
+//! Project tasks: `cargo xtask bench`, `cargo xtask ci`, `cargo xtask compare`, `cargo xtask coverage`, `cargo xtask faults`,
+//! `cargo xtask foreign`, `cargo xtask golden`, `cargo xtask manual`, `cargo xtask paper`, `cargo xtask sample`, `cargo xtask soak`.
 
 mod bench;
 mod ci;
 mod compare;
+mod coverage;
 mod faults;
 mod foreign;
 mod golden;
@@ -34,6 +35,8 @@ enum Task {
     Ci,
     /// Run the release binary over folders of cases and write a table of what came out.
     Compare(compare::Arguments),
+    /// Run the tests of the numerical crates and print how many of their lines they reach; needs cargo-llvm-cov.
+    Coverage(coverage::Arguments),
     /// Open every format that is written with other programs; those that checks/setup.sh has not installed are skipped.
     Foreign,
     /// Plant faults in a copy of the numerical crates, one at a time, and see whether their tests fail.
@@ -60,6 +63,7 @@ fn main() -> ExitCode {
         Task::Bench(arguments) => bench::run(&root, &arguments),
         Task::Ci => ci::run(),
         Task::Compare(arguments) => compare::run(&root, &arguments),
+        Task::Coverage(arguments) => coverage::run(&root, &arguments),
         Task::Foreign => foreign::run(&root),
         Task::Faults(arguments) => faults::run(&root, &arguments),
         Task::Golden { regenerate: false } => golden::check(&root),
