@@ -293,5 +293,8 @@ mod tests {
         assert_eq!(KnotVector::uniform(3, 0.0, 0.0, 4), Err(KnotError::Spacing(0.0)));
         assert_eq!(KnotVector::uniform(3, 1e17, 1.0, 4), Err(KnotError::Spacing(1.0)));
         assert_eq!(KnotVector::uniform(3, 0.0, 1.0, 0), Err(KnotError::NoCells));
+        assert_eq!(KnotVector::uniform(6, 0.0, 1.0, 4), Err(KnotError::Degree(6)));
+        assert_eq!(KnotVector::clamped(3, &[]), Err(KnotError::NoCells));
+        assert_eq!(KnotVector::clamped(0, &[0.0, 1.0]), Err(KnotError::Degree(0)));
     }
 }

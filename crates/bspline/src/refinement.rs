@@ -195,6 +195,10 @@ mod tests {
         assert_eq!(Refinement::new(&knots, &longer), Err(RefinementError::Domain));
         let higher = KnotVector::clamped(3, &[0.0, 1.0, 2.0]).unwrap();
         assert_eq!(Refinement::new(&knots, &higher), Err(RefinementError::Degree { coarse: 2, fine: 3 }));
+        let spline = Spline::from_flat([knots.clone(), knots], vec![1.0; 16]).unwrap();
+        for knot in [0.0, 2.0, f64::NAN] {
+            assert!(matches!(spline.with_knot(1, knot), Err(RefinementError::Outside(_))), "{knot}");
+        }
     }
 
     proptest! {

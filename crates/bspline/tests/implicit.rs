@@ -280,6 +280,29 @@ fn levels_that_do_not_fit_are_refused() {
     assert_eq!(spline.levels().len(), 1);
 }
 
+#[test]
+fn coefficients_of_the_finest_level_are_replaced() {
+    let mut corrected = hierarchy::<3>(41, 0.1);
+    let mut again = corrected.clone();
+    let count = corrected.levels()[2].active().len();
+    corrected.correct_finest(scattered(count, 42)).unwrap();
+    again.correct_finest(vec![0.0; count]).unwrap();
+    again.correct_finest(scattered(count, 42)).unwrap();
+    let mut without = again.clone();
+    without.correct_finest(vec![0.0; count]).unwrap();
+    let mut popped = again.clone();
+    popped.pop_level();
+    let mut changed = 0;
+    for x in probes(corrected.domain(), 43) {
+        assert_eq!(corrected.value(&x), again.value(&x));
+        // Of nothing but rounding: one lattice's functions are sums of the next one's.
+        assert!((without.value(&x) - popped.value(&x)).abs() < 1e-13);
+        changed += usize::from((again.value(&x) - popped.value(&x)).abs() > 1e-3);
+    }
+    // The finest level is small, but some of the points see it.
+    assert!(changed > 5, "{changed}");
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(12))]
 

@@ -300,6 +300,19 @@ mod tests {
     }
 
     #[test]
+    fn what_does_not_fit_is_refused() {
+        let points = [[0.3, 0.0], [0.0, 0.3], [-0.3, 0.0], [0.0, -0.3]];
+        let climb = |points: &[[f64; 2]], areas: &[f64], spacing, density| {
+            climb(points, areas, &knots(0.6, 8), &LadderOptions::new(spacing, density)).unwrap_err()
+        };
+        assert!(matches!(climb(&[], &[], 0.4, 2.5), GefmError::NoPoints));
+        assert!(matches!(climb(&points, &[1.0; 3], 0.4, 2.5), GefmError::Areas { found: 3, needed: 4 }));
+        for (spacing, density) in [(0.0, 2.5), (f64::NAN, 2.5), (0.4, -1.0), (0.4, f64::INFINITY)] {
+            assert!(matches!(climb(&points, &[1.0; 4], spacing, density), GefmError::Smoothing { .. }));
+        }
+    }
+
+    #[test]
     fn lengths_too_short_for_the_noise_do_not_end_the_search() {
         // A circle of 300 points, each displaced by up to three spacings along each axis (a linear congruence).
         let mut state = 1u64;

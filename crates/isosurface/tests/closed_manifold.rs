@@ -160,6 +160,17 @@ fn one_sign_is_an_error() {
     assert_eq!(LatticeSamples::new(axes(3, 1.0), bad).unwrap_err(), Error::NotFinite(vec![1, 0, 2]));
 }
 
+#[test]
+fn samples_that_do_not_fit_are_refused() {
+    let of = |x: Vec<f64>| LatticeSamples::new([x, vec![0.0, 1.0]], ArrayD::ones(vec![3, 2])).unwrap_err();
+    assert_eq!(of(vec![0.0, 1.0]), Error::Shape { values: vec![3, 2], axes: vec![2, 2] });
+    assert_eq!(of(vec![0.0, 1.0, 1.0]), Error::Axis { axis: 0, index: 2 });
+    assert_eq!(of(vec![0.0, f64::NAN, 1.0]), Error::Axis { axis: 0, index: 1 });
+    assert_eq!(of(vec![-1e308, 0.0, 1e308]), Error::Extent { axis: 0 });
+    let single = LatticeSamples::new([vec![0.0], vec![0.0, 1.0]], ArrayD::ones(vec![1, 2])).unwrap_err();
+    assert_eq!(single, Error::Shape { values: vec![1, 2], axes: vec![1, 2] });
+}
+
 /// Euler characteristic of {f < 0} for the trilinear interpolant of values on a cube of `n` nodes a side, by counting the
 /// nodes, edges, squares and cubes of a lattice `fine` times finer that lie inside with all their corners.
 fn sampled_euler(values: &[f64], n: usize, fine: usize) -> i64 {

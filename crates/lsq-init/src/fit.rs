@@ -307,6 +307,15 @@ mod tests {
     }
 
     #[test]
+    fn zeros_are_fitted_without_an_iteration() {
+        let axes = [even(2.0, 9), even(1.5, 6), even(1.0, 5)];
+        let options = Options { fairness: Fairness::Weight(0.1), most_iterations: 0, ..Options::default() };
+        let (f, report) = fit(ArrayD::zeros(vec![9, 6, 5]).view(), &axes, &knots(), &options).unwrap();
+        assert!(f.as_flat().iter().all(|c| *c == 0.0));
+        assert_eq!((report.iterations, report.residual), (0, 0.0));
+    }
+
+    #[test]
     fn bad_input_is_refused() {
         let knots = [knots()[0].clone(), knots()[1].clone()];
         let axes = [even(2.0, 9), even(1.5, 7)];
@@ -326,6 +335,11 @@ mod tests {
         uneven[1][3] = 0.0;
         assert_eq!(run(&phi, &uneven, fair), Error::Axis { axis: 1, index: 3 });
         assert_eq!(run(&phi, &axes, Fairness::Weight(-1.0)), Error::Fairness(-1.0));
+        assert_eq!(run(&ArrayD::zeros(vec![1, 7]), &[vec![0.5], even(1.5, 7)], Fairness::Length(0.1)), Error::Uneven);
+        for tolerance in [0.0, 1.0, f64::NAN] {
+            let options = Options { tolerance, ..Options::default() };
+            assert!(matches!(fit(phi.view(), &axes, &knots, &options), Err(Error::Tolerance(_))), "{tolerance}");
+        }
         let few = [even(2.0, 3), even(1.5, 7)];
         assert_eq!(run(&ArrayD::zeros(vec![3, 7]), &few, Fairness::Weight(0.0)), Error::Undetermined { axis: 0 });
     }

@@ -123,6 +123,10 @@ fn curves_agree_with_dense_normal_equations() {
         assert_agrees([even(2.0, 5), even(1.0, 3)], [uniform(), double_knot()], weight);
         assert_agrees([vec![0.1, 0.15, 1.9], vec![0.0, 0.7, 0.8, 1.5]], [uniform(), clamped()], weight);
     }
+    // The widest bands that there are, on the last axis and on the first.
+    let quintic = || KnotVector::uniform(5, 0.0, 0.25, 4).unwrap();
+    assert_agrees([even(1.5, 7), even(1.0, 9)], [clamped(), quintic()], 1e-2);
+    assert_agrees([even(1.0, 9), even(1.5, 7)], [quintic(), clamped()], 1e-2);
     // Without fairness, where the nodes suffice.
     assert_agrees([even(2.0, 13), even(1.5, 22)], [uniform(), clamped()], 0.0);
 }

@@ -59,3 +59,40 @@ fn update(y: &mut [f64], x: &[f64], new: impl Fn(f64, f64) -> f64 + Sync) {
         y.par_chunks_mut(PIECE).zip(x.par_chunks(PIECE)).with_min_len(8).for_each(few);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Whole numbers, so that sums are exact in any order; longer than what one task does, and no multiple of a piece.
+    const LENGTH: usize = FEW + 4321;
+
+    fn whole(length: usize, factor: usize) -> Vec<f64> {
+        (0..length).map(|i| (i * factor % 101) as f64 - 50.0).collect()
+    }
+
+    #[test]
+    fn long_products_are_the_same_for_any_number_of_threads() {
+        let exact = (0..LENGTH as i64).map(|i| (i * 7 % 101 - 50) * (i * 13 % 101 - 50)).sum::<i64>();
+        assert_eq!(dot(&whole(LENGTH, 7), &whole(LENGTH, 13)), exact as f64);
+        // Now with rounding: the sums of pieces, from the first to the last.
+        let (a, b): (Vec<f64>, Vec<f64>) = (0..LENGTH).map(|i| (1.0 / (i + 1) as f64, (i as f64).sin())).unzip();
+        let pieces: f64 = a.chunks(PIECE).zip(b.chunks(PIECE)).map(|(a, b)| dot(a, b)).sum();
+        for threads in [1, 3] {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            assert_eq!(pool.install(|| dot(&a, &b)), pieces, "{threads} threads");
+        }
+    }
+
+    #[test]
+    fn long_vectors_are_updated_as_short_ones() {
+        for length in [5, LENGTH] {
+            let (x, before) = (whole(length, 7), whole(length, 13));
+            let mut y = before.clone();
+            add_scaled(&mut y, 3.0, &x);
+            assert!((0..length).all(|i| y[i] == before[i] + 3.0 * x[i]));
+            scale_and_add(&mut y, -2.0, &x);
+            assert!((0..length).all(|i| y[i] == -2.0 * before[i] - 5.0 * x[i]));
+        }
+    }
+}

@@ -251,6 +251,11 @@ fn solves_to_the_same_coefficients_as_elimination() {
     let decrease: f64 = 0.5 * exact.iter().zip(&right).map(|(x, b)| x * b).sum::<f64>();
     assert!((step.predicted_decrease - decrease).abs() < 1e-8 * decrease);
 
+    // At the minimum already: no direction leads down, and none is divided by.
+    let step = solve_truncated(&operator, &vec![0.0; size], &free);
+    assert_eq!((step.steps, step.end, step.norm, step.predicted_decrease), (0, StepEnd::Flat, 0.0, 0.0));
+    assert!(step.x.iter().all(|x| *x == 0.0));
+
     let mut before = 0.0;
     for most_steps in 1..=12 {
         let step = solve(&Truncation { most_steps, ..free });

@@ -319,3 +319,20 @@ fn at_target(before: (f64, f64), after: (f64, f64), spread: f64) -> f64 {
     let share = (before.1 / spread).ln() / (before.1 / after.1).ln();
     if (0.0..=1.0).contains(&share) { before.0 * (after.0 / before.0).powf(share) } else { after.0 }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_length_for_a_spread_is_found_by_a_power_law() {
+        // Spreads that grow with the square of the length.
+        let square = |length: f64| (length, length * length);
+        assert!((at_target(square(0.1), square(0.4), 0.04) - 0.2).abs() < 1e-15);
+        assert!((at_target(square(0.4), square(0.1), 0.04) - 0.2).abs() < 1e-15);
+        // A spread that is not between them, and spreads that do not change, say nothing.
+        assert_eq!(at_target(square(0.1), square(0.4), 0.17), 0.4);
+        assert_eq!(at_target((0.1, 0.03), (0.4, 0.03), 0.02), 0.4);
+        assert_eq!(at_target((0.1, 0.03), (0.4, 0.03), 0.03), 0.4);
+    }
+}
