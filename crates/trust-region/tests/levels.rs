@@ -236,7 +236,7 @@ fn apart<const D: usize>(
         most_cg_steps: 2000,
         cg_tolerance: tolerance,
         holdout: 0.0,
-        relative_decrease: 0.01 * tolerance,
+        relative_decrease: tolerance,
         most_iterations: 8,
         ..Options::default()
     };
@@ -260,7 +260,7 @@ fn curves_agree_with_the_dense_lattice() {
 
 /// In space; the size is 1.
 #[test]
-#[ignore = "half an hour: the dense lattice of 128 cells has two million coefficients"]
+#[ignore = "an hour and more: the dense lattice of 128 cells has two million coefficients"]
 fn surfaces_agree_with_the_dense_lattice() {
     let (points, places) = (torus(20_000, 0.0), torus(5000, 0.4));
     // The torus has an area of 2.07.
