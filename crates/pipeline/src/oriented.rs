@@ -27,8 +27,8 @@ impl<const D: usize> Reconstruction<D> {
     /// The points that were reconstructed (`N × D`, data coordinates, the same order) with their outward unit normals
     /// `∇f / ‖∇f‖` and a confidence between 0 and 1: 1 where the function passes through the point with a gradient of at least
     /// its usual length, and winding numbers agree with its side ([`Reconstruction::confidence`]; not with
-    /// [`Options::open`](crate::Options::open)). The normals of noisy points are those of f̂. A repeated point is an outlier where the first of its
-    /// place is one, and so is a point that was left out of the box, whose confidence is 0.
+    /// [`Options::open`](crate::Options::open)). The normals of noisy points are those of f̂. A repeated point is an outlier where
+    /// the first of its place is one, and so is a point that was left out of the box, whose confidence is 0.
     pub fn oriented(&self, points: &[[f64; D]]) -> Vec<OrientedPoint<D>> {
         let places: Vec<[f64; D]> = points.iter().map(|point| self.frame.to_frame(point)).collect();
         let evaluation = match &self.guide {
