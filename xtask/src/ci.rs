@@ -28,7 +28,7 @@ pub fn run() -> Result<()> {
 }
 
 /// Whether cargo has a command that is installed by itself.
-fn has(name: &str) -> bool {
+pub fn has(name: &str) -> bool {
     cargo(&[name, "--version"]).output().is_ok_and(|output| output.status.success())
 }
 

@@ -8,6 +8,8 @@ use std::process::Command;
 use anyhow::{Context, Result, bail};
 use clap::Args;
 
+use crate::ci::has;
+
 /// Folders of the numerical crates; their packages are named after them, but for the pipeline.
 const CRATES: [&str; 9] =
     ["bspline", "eikonal-sweep", "gefm", "isosurface", "lsq-init", "multigrid", "pipeline", "trust-region", "winding"];
@@ -29,7 +31,7 @@ pub struct Arguments {
 /// may be taken for not reached, where the compiler has put it into the caller's place.
 pub fn run(root: &Path, arguments: &Arguments) -> Result<()> {
     let root = root.canonicalize()?;
-    if !installed(&["llvm-cov", "--version"]) {
+    if !has("llvm-cov") {
         bail!(
             "cargo-llvm-cov is not installed: `cargo install cargo-llvm-cov --locked`, and `rustup component add llvm-tools` or, \
              in LLVM_COV and LLVM_PROFDATA, the paths of both programs of the LLVM that `rustc --version --verbose` names"
@@ -37,7 +39,7 @@ pub fn run(root: &Path, arguments: &Arguments) -> Result<()> {
     }
     let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), PathBuf::from);
     let found = target.join("coverage.lcov");
-    let tests = if installed(&["nextest", "--version"]) { "nextest" } else { "test" };
+    let tests = if has("nextest") { "nextest" } else { "test" };
     let mut command = Command::new("cargo");
     command.args(["llvm-cov", tests, "--lib", "--tests", "--package", "zeroset-tests"]);
     for folder in CRATES {
@@ -79,10 +81,6 @@ pub fn run(root: &Path, arguments: &Arguments) -> Result<()> {
         bail!("tests reach fewer than {:.0} % of the lines of {}", 100.0 * WANTED, low.join(", "));
     }
     Ok(())
-}
-
-fn installed(command: &[&str]) -> bool {
-    Command::new("cargo").args(command).output().is_ok_and(|output| output.status.success())
 }
 
 /// From lcov's text: for every file its lines, counted from 1, and how often each was run.

@@ -4,9 +4,7 @@
 //! it: ½ on the sheet, 1 far inside, 0 far outside. What W differs by from that, with the distance from the nearest point and the
 //! sign of f, is how far the points contradict f, or leave open what it is.
 
-use kiddo::SquaredEuclidean;
 use ndarray::ArrayD;
-use rayon::prelude::*;
 use serde::Serialize;
 use zeroset_bspline::Derivatives;
 use zeroset_gefm::area_vectors;
@@ -15,19 +13,23 @@ use zeroset_winding::{Options, Tree};
 use crate::domain::{flat_index, multi_index};
 use crate::error::ReconstructError;
 use crate::frame::Frame;
-use crate::kd_tree::tree_of;
 use crate::reconstruct::Reconstruction;
-use crate::spacing::Spacing;
+use crate::spacing::{Spacing, distances_to};
 
 /// Up to this difference of W there is no doubt: its mean is 0.05 to 0.2 for right sides.
 const USUAL: f64 = 0.2;
 /// From this difference on a side is unsure: W is nearer to what it would be a full sheet away.
-pub(crate) const UNSURE: f64 = 0.4;
+const UNSURE: f64 = 0.4;
 /// Regions are boxes of this share of the points' longest side.
 const REGION: f64 = 1.0 / 8.0;
 
+/// Whether a point with this W could as well be on the other side.
+pub(crate) fn is_unsure(winding: f64) -> bool {
+    (winding - 0.5).abs() > UNSURE
+}
+
 /// What a difference of winding numbers leaves: 1 for no doubt, 0 for an unsure side.
-pub(crate) fn confidence(difference: f64) -> f64 {
+fn confidence(difference: f64) -> f64 {
     ((UNSURE - difference.abs()) / (UNSURE - USUAL)).clamp(0.0, 1.0)
 }
 
@@ -56,12 +58,11 @@ pub(crate) fn regions<const D: usize>(points: &[[f64; D]], winding: &[f64], fram
             let count = members.len() as f64;
             let mean = |of: &dyn Fn(usize) -> f64| members.iter().map(|i| of(*i)).sum::<f64>() / count;
             let centre = std::array::from_fn(|axis| mean(&|i| points[i][axis]));
-            let is_unsure = |i: usize| (winding[i] - 0.5).abs() > UNSURE;
             RegionReport {
                 centre: frame.to_data(&centre).to_vec(),
                 points: members.len(),
                 confidence: mean(&|i| confidence(winding[i] - 0.5)),
-                unsure: mean(&|i| f64::from(u8::from(is_unsure(i)))),
+                unsure: mean(&|i| f64::from(u8::from(is_unsure(winding[i])))),
             }
         })
         .collect();
@@ -103,24 +104,19 @@ impl<const D: usize> Reconstruction<D> {
     pub(crate) fn confidence_in_frame(&self, places: &[[f64; D]]) -> Result<Vec<f64>, ReconstructError> {
         let fitted = self.fitted();
         let spacing = Spacing::of(&fitted);
-        let gradients = match &self.guide {
-            Some(guide) => guide.evaluate(&fitted, Derivatives::Gradient).gradients,
-            None => self.spline.evaluate(&fitted, Derivatives::Gradient).gradients,
-        };
+        let gradients = self.evaluate_for_normals(&fitted).gradients;
         let area = 1.0 / (self.report.trust.judgement.calibration * spacing.density);
         let areas: Vec<f64> = spacing.areas.iter().map(|share| area * share).collect();
         let regularisation = spacing.typical;
         let tree = Tree::new(&fitted, Options { regularisation, ..Options::default() })?;
         let winding = tree.with_normals(&area_vectors(&gradients, &areas))?.evaluate(places)?;
         let values = self.spline.evaluate(places, Derivatives::Value).values;
-        let nearest = tree_of(&fitted);
-        let difference = |((w, value), place): ((&f64, &f64), &[f64; D])| {
-            let distance = nearest.query(place).nearest_one::<SquaredEuclidean<f64>>().execute().distance.sqrt();
+        let difference = |((w, value), distance): ((f64, f64), f64)| {
             // Outside the box there is no value; all of it is outside the shape.
-            let signed = if *value < 0.0 { -distance } else { distance };
+            let signed = if value < 0.0 { -distance } else { distance };
             w - (0.5 - 0.5 * signed / signed.hypot(regularisation))
         };
-        let rows = winding.par_iter().zip(&values).zip(places);
+        let rows = winding.into_iter().zip(values).zip(distances_to(&fitted, places));
         Ok(rows.map(|row| confidence(difference(row))).collect())
     }
 }

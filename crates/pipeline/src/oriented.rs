@@ -3,7 +3,7 @@
 use kiddo::SquaredEuclidean;
 use rayon::prelude::*;
 use serde::Serialize;
-use zeroset_bspline::Derivatives;
+use zeroset_bspline::{Derivatives, Evaluation};
 
 use crate::kd_tree::tree_of;
 use crate::reconstruct::Reconstruction;
@@ -31,10 +31,7 @@ impl<const D: usize> Reconstruction<D> {
     /// the first of its place is one, and so is a point that was left out of the box, whose confidence is 0.
     pub fn oriented(&self, points: &[[f64; D]]) -> Vec<OrientedPoint<D>> {
         let places: Vec<[f64; D]> = points.iter().map(|point| self.frame.to_frame(point)).collect();
-        let evaluation = match &self.guide {
-            Some(guide) => guide.evaluate(&places, Derivatives::Gradient),
-            None => self.spline.evaluate(&places, Derivatives::Gradient),
-        };
+        let evaluation = self.evaluate_for_normals(&places);
         let cell = self.domain.spacing(self.halvings);
         let length = |g: &[f64; D]| g.iter().map(|g| g * g).sum::<f64>().sqrt();
         let inside = || evaluation.gradients.iter().map(length).filter(|length| length.is_finite());
@@ -63,6 +60,15 @@ impl<const D: usize> Reconstruction<D> {
                 OrientedPoint { position: *point, normal, confidence, outlier: self.outliers[first(place)] }
             })
             .collect()
+    }
+
+    /// The function whose gradients are the points' normals, with its gradients, at places in the frame: f̂ where the points are
+    /// noisy.
+    pub(crate) fn evaluate_for_normals(&self, places: &[[f64; D]]) -> Evaluation<D> {
+        match &self.guide {
+            Some(guide) => guide.evaluate(places, Derivatives::Gradient),
+            None => self.spline.evaluate(places, Derivatives::Gradient),
+        }
     }
 }
 

@@ -3,7 +3,7 @@
 use zeroset_bspline::{Derivatives, Evaluation, Implicit, KnotVector};
 use zeroset_gefm::Referee;
 
-use crate::confidence::{RegionReport, UNSURE, regions};
+use crate::confidence::{RegionReport, is_unsure, regions};
 use crate::error::ReconstructError;
 use crate::frame::Frame;
 use crate::report::TrustReport;
@@ -37,7 +37,7 @@ pub fn judge<const D: usize>(
 ) -> Result<TrustReport, ReconstructError> {
     let referee = Referee::new(points, &spacing.areas, spacing.typical, spacing.density, knots)?;
     let (judgement, winding) = referee.judge(f)?;
-    let unsure = winding.iter().filter(|w| (**w - 0.5).abs() > UNSURE).count() as f64 / winding.len() as f64;
+    let unsure = winding.iter().filter(|w| is_unsure(**w)).count() as f64 / winding.len() as f64;
     let at = f.evaluate(fitted, Derivatives::Gradient);
     Ok(TrustReport {
         judgement,
