@@ -46,6 +46,9 @@ pub struct Refinement {
     entries: Vec<f64>,
 }
 
+/// A span counts as wider than another from this ratio on: those of uniform knots differ by rounding.
+const WIDER: f64 = 1.001;
+
 impl Refinement {
     /// The matrix from `coarse` to `fine` knots.
     ///
@@ -71,9 +74,16 @@ impl Refinement {
         let cells: Vec<_> = fine.cells().collect();
         let (mut first, mut entries) = (Vec::new(), Vec::new());
         for j in 0..fine.basis_count() {
-            // Any cell in the support of the fine function does; the middle one is the best conditioned.
+            // Any cell in the support of the fine function does: the middle one, unless it lies in a narrower coarse span than
+            // another. The wider the span, the less the function's knots reach beyond it.
             let support: Vec<_> = cells.iter().filter(|(kappa, ..)| (j..=j + degree).contains(kappa)).collect();
-            let Some((_, a, b)) = support.get(support.len() / 2) else {
+            let span_width = |(_, a, b): &(usize, f64, f64)| {
+                coarse.span(0.5 * (a + b)).map_or(0.0, |span| coarse.knots()[span + 1] - coarse.knots()[span])
+            };
+            let middle = support.get(support.len() / 2);
+            let widest = support.iter().max_by(|a, b| span_width(a).total_cmp(&span_width(b)));
+            let is_wider = |widest: &&&_| middle.is_some_and(|middle| span_width(widest) > WIDER * span_width(middle));
+            let Some((_, a, b)) = widest.filter(is_wider).or(middle) else {
                 // A function whose support is a single repeated knot vanishes on the domain: any coefficient is right.
                 first.push(j.min(coarse.basis_count() - width));
                 entries.extend(std::iter::repeat_n(0.0, width));
@@ -224,12 +234,12 @@ mod tests {
                 if degree > 1 { fine = fine.with_knot(i % 2, *knot).unwrap(); }
             }
             let (a, b) = (coarse.jet(&x), fine.jet(&x));
-            // A fine function's knots reach beyond the coarse span that its weights are taken from: these are not convex
-            // combinations, and lose digits with the width of the narrowest span; derivatives lose as many again.
+            // At most ten refinements of six terms in each of two axes: rounding in the value is below 1e-12 even for knots that
+            // nearly coincide; derivatives lose a factor of the closest knots' distance.
+            prop_assert!((a.value - b.value).abs() < 1e-12, "{} {}", a.value, b.value);
             let closest = fine.knots().iter().flat_map(|k| k.cells().map(|(_, s, e)| e - s)).fold(1.0, f64::min);
-            prop_assert!((a.value - b.value).abs() < 1e-12 / closest, "{} {}", a.value, b.value);
             for axis in 0..2 {
-                prop_assert!((a.gradient[axis] - b.gradient[axis]).abs() < 1e-12 / closest.powi(2));
+                prop_assert!((a.gradient[axis] - b.gradient[axis]).abs() < 1e-12 / closest);
             }
         }
     }
