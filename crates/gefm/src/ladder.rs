@@ -12,6 +12,7 @@ use zeroset_bspline::{Derivatives, KnotVector, Spline};
 use crate::error::GefmError;
 use crate::ladder_options::{KnownNormals, LadderOptions};
 use crate::ladder_report::{Candidate, LadderReport, Start};
+use crate::noise::noise_deviation;
 use crate::referee::Referee;
 use crate::rung::{Found, Rung};
 
@@ -19,9 +20,36 @@ use crate::rung::{Found, Rung};
 struct Leader<const D: usize> {
     f: Spline<D>,
     index: usize,
-    score: f64,
-    ratio: f64,
+    verdict: Verdict,
     winding: Vec<f64>,
+}
+
+/// What decides between two candidates.
+#[derive(Debug, Clone, Copy)]
+struct Verdict {
+    /// The referee's.
+    score: f64,
+    /// What noise adds to it.
+    from_noise: f64,
+    /// Smoothing length in spacings.
+    ratio: f64,
+    /// Standard deviation of the noise as this candidate sees it, in spacings.
+    noise: f64,
+}
+
+impl Verdict {
+    /// Of a fit that failed.
+    const fn failed(ratio: f64) -> Self {
+        Self { score: f64::INFINITY, from_noise: 0.0, ratio, noise: 0.0 }
+    }
+
+    /// Whether a candidate with a longer length is to be preferred.
+    fn yields_to(&self, longer: &Self, doubtful: f64) -> bool {
+        let follows_noise = self.noise > CLEAN && self.noise.max(longer.noise) > FOLLOWS * self.ratio;
+        let sound = longer.score - longer.from_noise < RANDOM && longer.score < NOISIER * self.score;
+        let slack = if self.score < doubtful { SMOOTHER * self.score } else { 0.0 };
+        longer.score < self.score + slack || (follows_noise && sound)
+    }
 }
 
 /// Finds f̂: a spline whose sign tells inside (negative) from outside. Also gives the referee's `W` at each point, ½
@@ -88,6 +116,13 @@ const SLACK: f64 = 0.01;
 /// A longer length is taken if its score is above that of a shorter one by no more than this share of it: under noise both
 /// have the sides right, and the smoother one has fewer handles and bubbles.
 const SMOOTHER: f64 = 0.05;
+/// A length below the noise over this makes sheets that follow the noise, a hollow shell or many, and the better they do the more W agrees
+/// with them: then the longer length is taken as long as it does not score as random sides do, nor so many times higher.
+const FOLLOWS: f64 = 0.85;
+const NOISIER: f64 = 3.0;
+/// But where the fit with the shorter length sees less noise than this, in spacings, there is none: what the longer one takes for noise are
+/// the two sides of a wall.
+const CLEAN: f64 = 0.15;
 /// Above this score the sides are about as random as coins.
 const RANDOM: f64 = 0.4;
 
@@ -112,12 +147,13 @@ impl<const D: usize> Ladder<'_, D> {
         let mut distances = leader.f.evaluate(self.points, Derivatives::Gradient).sampson_distances();
         distances.iter_mut().for_each(|d| *d = d.abs());
         distances.sort_by(f64::total_cmp);
-        leader.score > self.options.doubtful || distances[distances.len() / 2] < NOISE * cell
+        leader.verdict.score - leader.verdict.from_noise > self.options.doubtful
+            || distances[distances.len() / 2] < NOISE * cell
     }
 
     /// Candidates on the lattice after so many halvings.
     fn climb(&mut self, halvings: u32) -> Result<(), GefmError> {
-        let ratio = self.leader.as_ref().map_or(self.options.likeliest, |leader| leader.ratio);
+        let ratio = self.leader.as_ref().map_or(self.options.likeliest, |leader| leader.verdict.ratio);
         let points = (self.points, self.areas);
         self.options.cancel.check()?;
         let mut rung = Rung::new(points, self.base, halvings, ratio, &self.directions(), self.options)?;
@@ -129,7 +165,11 @@ impl<const D: usize> Ladder<'_, D> {
                 self.consider(&rung, self.next())?;
             }
         }
-        match self.leader.as_ref().map(|leader| (leader.ratio, leader.score)) {
+        match self
+            .leader
+            .as_ref()
+            .map(|leader| (leader.verdict.ratio, leader.verdict.score - leader.verdict.from_noise))
+        {
             Some((_, score)) if score <= self.options.doubtful => Ok(()),
             known => {
                 rung.set_ratio(known.map_or(ratio, |(ratio, _)| ratio))?;
@@ -181,24 +221,23 @@ impl<const D: usize> Ladder<'_, D> {
     fn search(&mut self, rung: &mut Rung<D>) -> Result<(), GefmError> {
         let first_ratio = rung.ratio();
         let hint = matches!(self.options.normals, KnownNormals::Hint(_));
-        if hint && self.consider(rung, Start::Normals)? < self.options.content {
+        if hint && self.consider(rung, Start::Normals)?.score < self.options.content {
             return Ok(());
         }
         let first = self.consider(rung, self.scratch())?;
         let longer: Vec<f64> = self.options.ratios.iter().copied().filter(|other| *other > first_ratio).collect();
         let shorter: Vec<f64> =
             self.options.ratios.iter().rev().copied().filter(|other| *other < first_ratio).collect();
-        for (direction, patient) in [(longer, first > RANDOM), (shorter, false)] {
+        for (direction, patient) in [(longer, first.score > RANDOM), (shorter, false)] {
             let (mut last, mut better, mut patient) = (first, false, patient);
             for ratio in direction {
-                if last < self.options.content {
+                if last.score < self.options.content {
                     return Ok(());
                 }
                 rung.set_ratio(ratio)?;
-                let score = self.consider(rung, self.scratch())?;
-                let slack = self.smoother(last);
-                if score < if ratio > first_ratio { last + slack } else { last - slack } {
-                    (last, better, patient) = (score, true, false);
+                let found = self.consider(rung, self.scratch())?;
+                if self.is_better(&found, &last) {
+                    (last, better, patient) = (found, true, false);
                 } else if patient {
                     patient = false;
                 } else {
@@ -212,11 +251,11 @@ impl<const D: usize> Ladder<'_, D> {
         Ok(())
     }
 
-    /// Fits and judges; the score, infinite if the fit failed.
+    /// Fits and judges; the score is infinite if the fit failed.
     ///
     /// # Errors
     /// If the ladder was cancelled.
-    fn consider(&mut self, rung: &Rung<D>, start: Start) -> Result<f64, GefmError> {
+    fn consider(&mut self, rung: &Rung<D>, start: Start) -> Result<Verdict, GefmError> {
         let found = match (start, &self.leader, self.options.normals.vectors()) {
             (Start::Normals, _, Some(normals)) => {
                 rung.oriented(normals, matches!(self.options.normals, KnownNormals::Trust(_)))
@@ -227,37 +266,44 @@ impl<const D: usize> Ladder<'_, D> {
             _ => rung.spectral(),
         };
         match self.judge(found, rung, start) {
-            Ok(score) => Ok(score),
+            Ok(verdict) => Ok(verdict),
             Err(cancelled @ GefmError::Cancelled(_)) => Err(cancelled),
             Err(error) => {
                 self.failure = Some(error);
-                Ok(f64::INFINITY)
+                Ok(Verdict::failed(rung.ratio()))
             }
         }
     }
 
-    fn judge(&mut self, found: Found<D>, rung: &Rung<D>, start: Start) -> Result<f64, GefmError> {
+    fn judge(&mut self, found: Found<D>, rung: &Rung<D>, start: Start) -> Result<Verdict, GefmError> {
         let (f, iterations) = found?;
         let (judgement, winding) = self.referee.judge(&f)?;
         let (halvings, unknowns, ratio, score) = (rung.halvings, rung.unknowns(), rung.ratio(), judgement.score);
-        debug!(halvings, unknowns, ratio, ?start, iterations, score, "candidate");
-        let slack = match &self.leader {
-            Some(leader) if ratio > leader.ratio => self.smoother(leader.score),
-            Some(leader) if ratio < leader.ratio => -self.smoother(leader.score),
-            _ if start != self.next() => 0.0,
-            _ => SLACK,
+        let noise = (score >= self.options.content).then(|| noise_deviation(&f, self.points) / self.options.spacing);
+        debug!(halvings, unknowns, ratio, ?start, iterations, score, noise, "candidate");
+        let seen = noise.unwrap_or(0.0);
+        let from_noise = score - judgement.beyond_noise(seen);
+        let verdict = Verdict { score, from_noise, ratio, noise: seen };
+        let is_better = match &self.leader {
+            Some(leader) if ratio != leader.verdict.ratio => self.is_better(&verdict, &leader.verdict),
+            Some(leader) => score < leader.verdict.score + if start == self.next() { SLACK } else { 0.0 },
+            None => true,
         };
         let index = self.report.candidates.len();
-        self.report.candidates.push(Candidate { halvings, unknowns, ratio, start, iterations, judgement });
-        if self.leader.as_ref().is_none_or(|leader| score < leader.score + slack) {
-            self.leader = Some(Leader { f, index, score, ratio, winding });
+        self.report.candidates.push(Candidate { halvings, unknowns, ratio, start, iterations, noise, judgement });
+        if is_better {
+            self.leader = Some(Leader { f, index, verdict, winding });
         }
-        Ok(score)
+        Ok(verdict)
     }
 
-    /// How much a longer length may score above a shorter one.
-    fn smoother(&self, score: f64) -> f64 {
-        if score < self.options.doubtful { SMOOTHER * score } else { 0.0 }
+    /// Whether a candidate with another length is to be preferred.
+    fn is_better(&self, found: &Verdict, known: &Verdict) -> bool {
+        if found.ratio > known.ratio {
+            known.yields_to(found, self.options.doubtful)
+        } else {
+            !found.yields_to(known, self.options.doubtful)
+        }
     }
 }
 
@@ -288,6 +334,25 @@ mod tests {
         let welded = &report.candidates[0];
         assert_eq!(welded.ratio, 3.2);
         assert!(welded.judgement.score > 2.0 * choice.judgement.score, "{report:?}");
+    }
+
+    #[test]
+    fn a_length_that_follows_noise_has_to_be_far_better() {
+        let verdict = |ratio, score, noise| Verdict { score, from_noise: 0.2 * noise, ratio, noise };
+        let longer_wins = |shorter: Verdict, longer: Verdict| shorter.yields_to(&longer, 0.25);
+        // A hollow shell around points with noise of 1.2 spacings, and the surface in the midst of it.
+        assert!(longer_wins(verdict(0.8, 0.20, 0.8), verdict(1.6, 0.22, 1.2)));
+        // Many sheets on narrow cells, which hide the noise.
+        assert!(longer_wins(verdict(0.4, 0.17, 0.3), verdict(0.8, 0.27, 0.7)));
+        // But among random sides none is smoother than others.
+        assert!(!longer_wins(verdict(0.8, 0.77, 0.6), verdict(1.6, 1.2, 2.1)));
+        // Nor is a length far above a wall's thickness right where the shorter one is a little below the noise.
+        assert!(!longer_wins(verdict(0.8, 0.28, 0.74), verdict(1.6, 4.3, 0.87)));
+        // The two sides of a wall are noise to the fit that welds them, and nothing to the other.
+        assert!(!longer_wins(verdict(0.4, 0.1, 0.05), verdict(0.8, 0.18, 0.7)));
+        // Little noise changes nothing.
+        assert!(!longer_wins(verdict(0.4, 0.1, 0.2), verdict(0.8, 0.12, 0.2)));
+        assert!(longer_wins(verdict(0.4, 0.1, 0.2), verdict(0.8, 0.104, 0.2)));
     }
 
     #[test]

@@ -29,6 +29,9 @@ pub struct Candidate {
     pub start: Start,
     /// Iterations of the continuation.
     pub iterations: usize,
+    /// Standard deviation of the points' distances from the surface, as far as this fit tells ([`noise_deviation`](crate::noise_deviation)),
+    /// in spacings; none where the referee was content, and nothing had to be told from noise.
+    pub noise: Option<f64>,
     /// The verdict.
     pub judgement: Judgement,
 }

@@ -58,6 +58,17 @@ pub struct Judgement {
     pub score: f64,
 }
 
+impl Judgement {
+    /// The score less what noise of a standard deviation of `noise` = σ spacings adds to it where all sides are right. At a distance d
+    /// from a flat sheet `|W − ½|` is `½ |d|/√(d² + s²)` with the kernel that is kept finite below the spacing s. Noisy points are no
+    /// sheet but a layer, of normal density across it, in which `|W − ½|` is `|Φ(d/σ) − ½|` without that kernel, which rises as
+    /// `½ |d|/√(π/2) σ`: so `π/2 σ²` is added to s². `|d|` is `√(2/π) σ` on average.
+    pub fn beyond_noise(&self, noise: f64) -> f64 {
+        let (mean, layer) = (std::f64::consts::FRAC_2_PI.sqrt() * noise, std::f64::consts::FRAC_PI_2 * noise * noise);
+        self.score - 0.5 * mean / (mean * mean + 1.0 + layer).sqrt()
+    }
+}
+
 impl<'a, const D: usize> Referee<'a, D> {
     /// A referee for points with area weights of mean 1, in a box given by the knots of its coarsest lattice.
     ///
@@ -112,9 +123,15 @@ impl<'a, const D: usize> Referee<'a, D> {
                 flux += weight * w;
             }
         }
-        // Noise enlarges the areas, hardly more than threefold; points along curves on the surface hide most of it. Walls
-        // thinner than the lattice have no inside to go by.
-        let calibration = if negative > 0.05 * total { (flux / negative).clamp(0.05, 3.0) } else { 1.0 };
+        // Noise enlarges the areas, hardly more than threefold; points along curves on the surface hide most of it. Shapes
+        // thinner than the lattice have no inside to go by, but if the sides are right W is ½ at the points on average.
+        let area: f64 = self.areas.iter().sum();
+        let calibration = if negative > 0.05 * total {
+            (flux / negative).clamp(0.05, 3.0)
+        } else {
+            let mean = at_points.iter().zip(&self.areas).map(|(w, a)| a * w).sum::<f64>() / area;
+            (2.0 * mean).clamp(1.0, 3.0)
+        };
         let (mut differing, mut inside) = (0.0, 0.0);
         for ((value, w), weight) in values.iter().zip(&away).zip(&self.weights) {
             let within = *w > 0.5 * calibration;
@@ -123,7 +140,6 @@ impl<'a, const D: usize> Referee<'a, D> {
         }
         at_points.iter_mut().for_each(|w| *w /= calibration);
         let (disagreement, inside) = if total > 0.0 { (differing / total, inside / total) } else { (0.0, 0.0) };
-        let area: f64 = self.areas.iter().sum();
         let principal = at_points.iter().zip(&self.areas).map(|(w, a)| a * (w - 0.5).abs()).sum::<f64>() / area;
         let relative = if disagreement > 0.0 { (disagreement / inside).min(1.0) } else { 0.0 };
         let score = principal + DISAGREEMENT * disagreement + RELATIVE * relative;
@@ -170,6 +186,23 @@ mod tests {
         assert!(judgement.score < 0.02 && judgement.disagreement == 0.0, "{judgement:?}");
         assert!(winding.iter().all(|w| (w - 0.5).abs() < 0.02));
         assert!(judgement.inside > 0.2 && (judgement.calibration - 1.0).abs() < 0.05);
+    }
+
+    #[test]
+    fn what_noise_adds_to_the_score_is_known() {
+        // Displaced across the circle by up to twice the spacing, evenly: a standard deviation of 2/√3 spacings.
+        let (points, f) = circle(|x, y| x.hypot(y) - 0.4);
+        let spacing = 0.8 * std::f64::consts::PI / 200.0;
+        let displaced = |(i, p): (usize, &[f64; 2])| {
+            let shift = 1.0 + 2.0 * spacing * (2.0 * (i as f64 * 0.618_033_988_749_895).fract() - 1.0) / 0.4;
+            p.map(|x| shift * x)
+        };
+        let points: Vec<[f64; 2]> = points.iter().enumerate().map(displaced).collect();
+        let (judgement, _) = judged(&points, &f);
+        let left = judgement.beyond_noise(2.0 / 3.0_f64.sqrt());
+        // Points are neither a sheet nor, with even noise, a normal layer, and the mean of a ratio is not the ratio of means.
+        assert!(judgement.score > 0.2 && left.abs() < 0.05, "{left} of {judgement:?}");
+        assert_eq!(judgement.beyond_noise(0.0), judgement.score);
     }
 
     #[test]

@@ -55,7 +55,6 @@ mod frame;
 mod kd_tree;
 mod known_normals;
 mod memory;
-mod noise;
 mod one_sided;
 mod options;
 mod oriented;

@@ -17,7 +17,6 @@ use crate::far_off::far_off;
 use crate::frame::{Frame, finite, not_flat};
 use crate::known_normals::Known;
 use crate::memory::{self, Counts};
-use crate::noise::standard_deviation;
 use crate::one_sided::turning;
 use crate::options::{Normals, Options, Topology};
 use crate::point::{Point, Reconstruct};
@@ -175,7 +174,7 @@ pub(crate) fn road<const D: usize>(
             topology(few, few_spacing, normals, &domain, halvings, options, &watch.cancel)
         })?;
 
-    let noise = standard_deviation(&f_hat, &heard);
+    let noise = gefm::noise_deviation(&f_hat, &heard);
     let nodes = domain.nodes(halvings);
     // The referee knows closed surfaces only and may take an open one for noisy: its choice of a long smoothing length is then
     // heard only if neighbouring points differ as noisy ones do.
@@ -240,7 +239,7 @@ pub(crate) fn road<const D: usize>(
     let spline = calibrated(spline, &domain, halvings, &distance, fitted_spacing.typical)?;
 
     let coarse = domain.knots(options.degree, 0)?;
-    let trust = trust::judge(&spline, (&fitted, &fitted_spacing), few, few_spacing, &coarse, &frame)?;
+    let trust = trust::judge(&spline, (&fitted, &fitted_spacing), (few, few_spacing), noise, &coarse, &frame)?;
     let (warning, mut doubt) = trust::verdict::<D>(&trust, options.open);
     if doubt.is_none() && fill_volume(&fitted) {
         let (shape, body) = (shape_name(D), if D == 2 { "an area" } else { "a volume" });

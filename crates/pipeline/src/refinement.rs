@@ -38,8 +38,6 @@ const SECOND_ORDER: f64 = 4.0;
 const CG_STEPS: f64 = 12.0;
 /// Noise below this share of the spacing is not told from detail.
 const NOISY: f64 = 0.1;
-/// The fit comes as close to the points as so many standard deviations of their noise: closer, it makes handles.
-const NOISE_LEFT: f64 = 1.05;
 /// Held-out points this close, in spacings, leave nothing to see: of a perfectly smooth shape finer levels would go on forever.
 const CLOSE_ENOUGH: f64 = 1e-4;
 /// The first smoothing length, in that of the ladder's choice, and at least so many standard deviations of the noise.
@@ -54,6 +52,10 @@ const HELD: f64 = 0.6;
 /// unless that is at more places than this share of the points: then these are too sparse for their shape everywhere, and holding f
 /// there would cost more accuracy and time than it brings;
 const MOST_HELD: f64 = 0.01;
+/// where they are noisy this share, since noise alone changes the topology at many places, and the initial shape has seen it smoothed.
+const MOST_HELD_NOISY: f64 = 0.1;
+/// and each time noise is taken for larger by this share.
+const MORE_NOISE: f64 = 0.025;
 /// As few points are dropped because the function has come to nothing around them;
 const MOST_STRAYS: f64 = 0.01;
 /// and changes are looked for so many spacings or cells, whatever is larger, around the points.
@@ -147,15 +149,16 @@ impl<const D: usize> Refinement<'_, D> {
         let Some(band) = self.band else { return Ok((self.on_one_lattice(initial)?, stray)) };
         let (mut sides, mut areas) = (trust_region::Sides::default(), self.spacing.areas.clone());
         if self.points.len() < FEW {
-            return Ok((self.on_levels(initial, band, &sides, &areas)?, stray));
+            return Ok((self.on_levels(initial, band, &sides, &areas, self.noise)?, stray));
         }
         sides.normals = normals(self.f_hat, self.points);
-        let mut refined = self.on_levels(initial, band, &sides, &areas)?;
-        for _ in 0..ROUNDS {
+        let mut refined = self.on_levels(initial, band, &sides, &areas, self.noise)?;
+        let most_held = if self.is_noisy() { MOST_HELD_NOISY } else { MOST_HELD };
+        for round in 1..=ROUNDS {
             if self.cancel.is_cancelled() {
                 break;
             }
-            let changes = self.if_few(MOST_HELD, self.changes(initial, &refined.0));
+            let changes = self.if_few(most_held, self.changes(initial, &refined.0));
             let dropped = self.if_few(MOST_STRAYS, self.strays(&refined.0, &stray));
             if changes.is_empty() && dropped.is_empty() {
                 break;
@@ -172,9 +175,14 @@ impl<const D: usize> Refinement<'_, D> {
             for index in dropped {
                 (stray[index], areas[index]) = (true, 0.0);
             }
-            refined = self.on_levels(initial, band, &sides, &areas)?;
+            let noise = (1.0 + MORE_NOISE * (round - 1) as f64) * self.noise;
+            refined = self.on_levels(initial, band, &sides, &areas, noise)?;
         }
         Ok((refined, stray))
+    }
+
+    fn is_noisy(&self) -> bool {
+        self.noise > NOISY * self.spacing.typical
     }
 
     /// What was found, or nothing if it is more than a share of the points.
@@ -184,7 +192,7 @@ impl<const D: usize> Refinement<'_, D> {
 
     /// Points with a speck to themselves that are not `known`; none where the points are noisy, and not fitted closely.
     fn strays(&self, refined: &HierarchicalSpline<D>, known: &[bool]) -> Vec<usize> {
-        if self.noise > NOISY * self.spacing.typical {
+        if self.is_noisy() {
             return Vec::new();
         }
         let found = strays(refined, self.points, &self.spacing.local);
@@ -210,16 +218,17 @@ impl<const D: usize> Refinement<'_, D> {
         band: &CellBand<D>,
         sides: &trust_region::Sides<D>,
         areas: &[f64],
+        noise: f64,
     ) -> Refined<D> {
         let (spacing, cell) = (self.spacing.typical, self.domain.spacing(self.halvings));
-        let noise = (self.noise > NOISY * spacing).then_some(self.noise);
+        let noise = self.is_noisy().then_some(noise);
         let first =
             (FIRST_LENGTH * self.ratio * spacing).max(0.5 * cell).max(FIRST_LENGTH_NOISE * noise.unwrap_or(0.0));
         let mut settings = trust_region::LevelOptions {
             smoothing_length: first,
             smallest_smoothing_length: 0.05 * spacing,
             third_order: Some(SECOND_ORDER * spacing),
-            noise: noise.map(|noise| NOISE_LEFT * noise),
+            noise,
             close_enough: CLOSE_ENOUGH * spacing,
             // The more cells lie between points, the more work it is to bring word from one to the next.
             cg_steps: (CG_STEPS * (spacing / cell).max(1.0)).ceil() as usize,

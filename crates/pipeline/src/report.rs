@@ -36,6 +36,8 @@ pub struct Report {
 pub struct TrustReport {
     /// The verdict on f*.
     pub judgement: zeroset_gefm::Judgement,
+    /// Its score, without what the points' noise adds to that of right sides: what trust depends on.
+    pub score: f64,
     /// Share of the points whose side is unsure.
     pub unsure: f64,
     /// Share of the fitted points that lie farther from the zero set than the rest of the data explains.

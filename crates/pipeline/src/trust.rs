@@ -9,7 +9,7 @@ use crate::frame::Frame;
 use crate::report::TrustReport;
 use crate::spacing::Spacing;
 
-/// A [score](zeroset_gefm::Judgement::score) above this is no orientation that anybody should rely on: right ones reached 0.25 with points all over the
+/// A [score](zeroset_gefm::Judgement::beyond_noise) above this is no orientation that anybody should rely on: right ones reached 0.25 with points all over the
 /// surface and 0.36 with points along curves on it, wrong ones scored 0.44 and more.
 pub const NO_TRUST: f64 = 0.4;
 /// Above this score some part is probably on the wrong side.
@@ -26,12 +26,13 @@ const FLAT: f64 = 0.3;
 /// With more such points than this, handles or tunnels between close walls may be wrong.
 const MANY_FLAT: f64 = 0.05;
 
-/// What winding numbers say of the final function f, and how it fits the points `fitted` with their `own` spacing.
+/// What winding numbers say of the final function f at points that have a standard deviation of `noise`, and how it fits the points
+/// `fitted` with their `own` spacing.
 pub fn judge<const D: usize>(
     f: &impl Implicit<D>,
     (fitted, own): (&[[f64; D]], &Spacing),
-    points: &[[f64; D]],
-    spacing: &Spacing,
+    (points, spacing): (&[[f64; D]], &Spacing),
+    noise: f64,
     knots: &[KnotVector; D],
     frame: &Frame<D>,
 ) -> Result<TrustReport, ReconstructError> {
@@ -40,6 +41,7 @@ pub fn judge<const D: usize>(
     let unsure = winding.iter().filter(|w| is_unsure(**w)).count() as f64 / winding.len() as f64;
     let at = f.evaluate(fitted, Derivatives::Gradient);
     Ok(TrustReport {
+        score: judgement.beyond_noise(noise / spacing.typical),
         judgement,
         unsure,
         misfit: misfit(&at, own),
@@ -72,7 +74,7 @@ pub(crate) const fn shape_name(dimension: usize) -> &'static str {
 /// The warning, if there is some doubt, or the doubt, if there is no trust. Of an `open` surface winding numbers say nothing:
 /// it has no inside.
 pub fn verdict<const D: usize>(trust: &TrustReport, open: bool) -> (Option<String>, Option<String>) {
-    let (score, unsure) = (trust.judgement.score, 100.0 * trust.unsure);
+    let (score, unsure) = (trust.score, 100.0 * trust.unsure);
     let advice =
         "try --smooth with a length above the noise but below half the thinnest wall, or a denser or cleaner scan";
     if score > NO_TRUST && !open {
@@ -86,7 +88,7 @@ pub fn verdict<const D: usize>(trust: &TrustReport, open: bool) -> (Option<Strin
     if score > SOME_DOUBT && !open {
         let warning = format!(
             "some points are probably on the wrong side (score {score:.2}, {unsure:.0} % of the points unsure{}): {advice}",
-            trust.regions.first().map_or_else(String::new, around)
+            least_sure(&trust.regions).map_or_else(String::new, around)
         );
         return (Some(warning), None);
     }
@@ -108,10 +110,25 @@ pub fn verdict<const D: usize>(trust: &TrustReport, open: bool) -> (Option<Strin
     (warning, None)
 }
 
-/// Where doubt is greatest.
+/// Where most points are unsure; the least sure region may hold but a few.
+fn least_sure(regions: &[RegionReport]) -> Option<&RegionReport> {
+    let unsure = |region: &RegionReport| region.unsure * region.points as f64;
+    regions.iter().max_by(|a, b| unsure(a).total_cmp(&unsure(b)))
+}
+
 fn around(region: &RegionReport) -> String {
-    let centre: Vec<String> = region.centre.iter().map(|x| format!("{x:.4}")).collect();
+    let centre: Vec<String> = region.centre.iter().map(|x| coordinate(*x)).collect();
     format!(", most around ({})", centre.join(", "))
+}
+
+/// Four digits, whatever the unit.
+fn coordinate(x: f64) -> String {
+    let magnitude = x.abs().log10().floor();
+    match magnitude {
+        f64::NEG_INFINITY => "0".into(),
+        -3.0..=5.0 => format!("{x:.*}", (3.0 - magnitude).max(0.0) as usize),
+        _ => format!("{x:.3e}"),
+    }
 }
 
 #[cfg(test)]
@@ -137,6 +154,21 @@ mod tests {
         assert_eq!(share(&line(&|i| if i % 20 == 7 { 0.009 } else { 0.0 })), 0.05);
         // All as far off as each other: noise.
         assert_eq!(share(&line(&|i| if i % 2 == 0 { 0.009 } else { -0.008 })), 0.0);
+    }
+
+    #[test]
+    fn the_place_of_doubt_is_where_most_points_are_unsure() {
+        let region = |x: f64, points, confidence, unsure| RegionReport {
+            centre: vec![x, -0.000_123_456, 1.5e9],
+            points,
+            confidence,
+            unsure,
+        };
+        let regions = [region(1.0, 2, 0.0, 1.0), region(1234.567, 100, 0.4, 0.5)];
+        let found = least_sure(&regions).map(around);
+        assert_eq!(found.as_deref(), Some(", most around (1235, -1.235e-4, 1.500e9)"));
+        assert_eq!(coordinate(0.0123456), "0.01235");
+        assert_eq!(coordinate(0.0), "0");
     }
 
     #[test]

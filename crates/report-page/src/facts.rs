@@ -198,7 +198,7 @@ pub(crate) fn result(report: &Report) -> String {
 
 pub(crate) fn trust(report: &Report) -> String {
     let trust = &report.trust;
-    let score = trust.judgement.score;
+    let score = trust.score;
     let meter = format!(
         "{} <meter min=\"0\" max=\"0.6\" low=\"{SOME_DOUBT}\" high=\"{NO_TRUST}\" optimum=\"0\" value=\"{}\">{}</meter>",
         figure(score),

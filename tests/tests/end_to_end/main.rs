@@ -6,6 +6,7 @@ mod awkward;
 mod density;
 mod fixtures;
 mod invariance;
+mod noise;
 mod open_surfaces;
 mod report_page;
 mod soak;

@@ -12,7 +12,7 @@ const MEDIAN_DIFFERENCE: f64 = 0.953_873;
 /// smooth as it. Neighbours on a smooth surface differ in their distance from f's zero set by their noise alone (Rice 1984,
 /// Gasser, Sroka and Jennen-Steinmetz 1986), where neighbours are those whose feet on the zero set lie together. Detail that
 /// is finer than f counts as noise.
-pub fn standard_deviation<const D: usize>(f: &Spline<D>, points: &[[f64; D]]) -> f64 {
+pub fn noise_deviation<const D: usize>(f: &Spline<D>, points: &[[f64; D]]) -> f64 {
     let found = f.evaluate(points, Derivatives::Gradient);
     let feet: Vec<(f64, [f64; D])> = points
         .iter()
@@ -65,10 +65,10 @@ mod tests {
                 .map(|(i, y)| [wave(y) + sigma * normal(i), y])
                 .collect()
         };
-        let found = standard_deviation(&f, &points(0.01));
+        let found = noise_deviation(&f, &points(0.01));
         // The median of 4000 differences, of which half are independent, scatters by 3 %.
         assert!((found / 0.01 - 1.0).abs() < 0.1, "{found}");
         // Neighbours are 0.00045 apart on average, on a slope of at most 0.15.
-        assert!(standard_deviation(&f, &points(0.0)) < 1e-4);
+        assert!(noise_deviation(&f, &points(0.0)) < 1e-4);
     }
 }
