@@ -143,7 +143,7 @@ pub const FAULTS: &[Fault] = &[
         "2 * (0.5 * side / spacing + margin).ceil() as usize",
         "(side / spacing + margin).ceil() as usize",
     ),
-    fault("pipeline", "noise.rs", "median / MEDIAN_DIFFERENCE", "median * MEDIAN_DIFFERENCE"),
+    fault("gefm", "noise.rs", "median / MEDIAN_DIFFERENCE", "median * MEDIAN_DIFFERENCE"),
     fault(
         "pipeline",
         "frame.rs",
