@@ -29,8 +29,8 @@ struct Leader<const D: usize> {
 struct Verdict {
     /// The referee's.
     score: f64,
-    /// What noise adds to it.
-    from_noise: f64,
+    /// The same without what noise adds to it.
+    beyond_noise: f64,
     /// Smoothing length in spacings.
     ratio: f64,
     /// Standard deviation of the noise as this candidate sees it, in spacings.
@@ -40,13 +40,13 @@ struct Verdict {
 impl Verdict {
     /// Of a fit that failed.
     const fn failed(ratio: f64) -> Self {
-        Self { score: f64::INFINITY, from_noise: 0.0, ratio, noise: 0.0 }
+        Self { score: f64::INFINITY, beyond_noise: f64::INFINITY, ratio, noise: 0.0 }
     }
 
     /// Whether a candidate with a longer length is to be preferred.
     fn yields_to(&self, longer: &Self, doubtful: f64) -> bool {
         let follows_noise = self.noise > CLEAN && self.noise.max(longer.noise) > FOLLOWS * self.ratio;
-        let sound = longer.score - longer.from_noise < RANDOM && longer.score < NOISIER * self.score;
+        let sound = longer.beyond_noise < RANDOM && longer.score < NOISIER * self.score;
         let slack = if self.score < doubtful { SMOOTHER * self.score } else { 0.0 };
         longer.score < self.score + slack || (follows_noise && sound)
     }
@@ -147,8 +147,7 @@ impl<const D: usize> Ladder<'_, D> {
         let mut distances = leader.f.evaluate(self.points, Derivatives::Gradient).sampson_distances();
         distances.iter_mut().for_each(|d| *d = d.abs());
         distances.sort_by(f64::total_cmp);
-        leader.verdict.score - leader.verdict.from_noise > self.options.doubtful
-            || distances[distances.len() / 2] < NOISE * cell
+        leader.verdict.beyond_noise > self.options.doubtful || distances[distances.len() / 2] < NOISE * cell
     }
 
     /// Candidates on the lattice after so many halvings.
@@ -165,14 +164,10 @@ impl<const D: usize> Ladder<'_, D> {
                 self.consider(&rung, self.next())?;
             }
         }
-        match self
-            .leader
-            .as_ref()
-            .map(|leader| (leader.verdict.ratio, leader.verdict.score - leader.verdict.from_noise))
-        {
-            Some((_, score)) if score <= self.options.doubtful => Ok(()),
+        match self.leader.as_ref().map(|leader| leader.verdict) {
+            Some(verdict) if verdict.beyond_noise <= self.options.doubtful => Ok(()),
             known => {
-                rung.set_ratio(known.map_or(ratio, |(ratio, _)| ratio))?;
+                rung.set_ratio(known.map_or(ratio, |verdict| verdict.ratio))?;
                 self.search(&mut rung)
             }
         }
@@ -282,8 +277,7 @@ impl<const D: usize> Ladder<'_, D> {
         let noise = (score >= self.options.content).then(|| noise_deviation(&f, self.points) / self.options.spacing);
         debug!(halvings, unknowns, ratio, ?start, iterations, score, noise, "candidate");
         let seen = noise.unwrap_or(0.0);
-        let from_noise = score - judgement.beyond_noise(seen);
-        let verdict = Verdict { score, from_noise, ratio, noise: seen };
+        let verdict = Verdict { score, beyond_noise: judgement.beyond_noise(seen), ratio, noise: seen };
         let is_better = match &self.leader {
             Some(leader) if ratio != leader.verdict.ratio => self.is_better(&verdict, &leader.verdict),
             Some(leader) => score < leader.verdict.score + if start == self.next() { SLACK } else { 0.0 },
@@ -338,7 +332,7 @@ mod tests {
 
     #[test]
     fn a_length_that_follows_noise_has_to_be_far_better() {
-        let verdict = |ratio, score, noise| Verdict { score, from_noise: 0.2 * noise, ratio, noise };
+        let verdict = |ratio, score, noise| Verdict { score, beyond_noise: score - 0.2 * noise, ratio, noise };
         let longer_wins = |shorter: Verdict, longer: Verdict| shorter.yields_to(&longer, 0.25);
         // A hollow shell around points with noise of 1.2 spacings, and the surface in the midst of it.
         assert!(longer_wins(verdict(0.8, 0.20, 0.8), verdict(1.6, 0.22, 1.2)));

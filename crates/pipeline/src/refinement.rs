@@ -52,11 +52,11 @@ const HELD: f64 = 0.6;
 /// unless that is at more places than this share of the points: then these are too sparse for their shape everywhere, and holding f
 /// there would cost more accuracy and time than it brings;
 const MOST_HELD: f64 = 0.01;
-/// where they are noisy this share, since noise alone changes the topology at many places, and the initial shape has seen it smoothed.
+/// but noise alone changes the topology at many places, of which the initial shape knows better: there it may be this share,
 const MOST_HELD_NOISY: f64 = 0.1;
-/// and each time noise is taken for larger by this share.
+/// and from the second time on the noise is taken for larger by this share each time.
 const MORE_NOISE: f64 = 0.025;
-/// As few points are dropped because the function has come to nothing around them;
+/// No more points than this share are dropped because the function has come to nothing around them,
 const MOST_STRAYS: f64 = 0.01;
 /// and changes are looked for so many spacings or cells, whatever is larger, around the points.
 const CHANGES: f64 = 2.0;

@@ -44,9 +44,8 @@ pub(crate) fn plots(report: &Report) -> String {
 }
 
 fn candidates(ladder: &LadderReport) -> Plot<'_> {
-    let of = |value: fn(&gefm::Candidate) -> f64| ladder.candidates.iter().map(|c| Some(value(c))).collect();
-    let beyond_noise = |c: &gefm::Candidate| c.judgement.beyond_noise(c.noise.unwrap_or(0.0));
-    let score = ladder.choice().map_or(f64::NAN, beyond_noise);
+    let of = |value: fn(&gefm::Judgement) -> f64| ladder.candidates.iter().map(|c| Some(value(&c.judgement))).collect();
+    let score = ladder.choice().map_or(f64::NAN, |choice| choice.judgement.score);
     // Candidates on one lattice differ in their smoothing length.
     let name = |c: &gefm::Candidate| format!("{}, ℓ {}", count(c.unknowns), figure(c.ratio));
     Plot {
@@ -55,11 +54,11 @@ fn candidates(ladder: &LadderReport) -> Plot<'_> {
         logarithmic: true,
         steps: ladder.candidates.iter().map(name).collect(),
         series: vec![
-            Series { name: "score", values: of(beyond_noise) },
-            Series { name: "error at the points", values: of(|candidate| candidate.judgement.principal) },
+            Series { name: "score", values: of(|judgement| judgement.score) },
+            Series { name: "error at the points", values: of(|judgement| judgement.principal) },
         ],
         sections: Vec::new(),
-        limit: Some((NO_TRUST, "no trust above")),
+        limit: Some((NO_TRUST, "no trust above, less noise")),
         chosen: vec![ladder.chosen],
     }
 }

@@ -11,7 +11,7 @@ fn folder() -> PathBuf {
 }
 
 /// The entry of `fixtures.json`, with the points.
-fn fixture(name: &str) -> (Value, Points) {
+pub fn fixture(name: &str) -> (Value, Points) {
     let text = std::fs::read_to_string(folder().join("fixtures.json")).unwrap();
     let list: Value = serde_json::from_str(&text).unwrap();
     let entry = list["fixtures"].as_array().unwrap().iter().find(|entry| entry["name"] == name).unwrap().clone();

@@ -1,11 +1,12 @@
 //! Noise of a percent of the diagonal, which is most of the distance between points.
 
 use std::f64::consts::TAU;
-use std::path::Path;
 
 use zeroset::{Options, extract_surface, reconstruct};
 use zeroset_io::Points;
 use zeroset_tests::Random;
+
+use crate::fixtures::fixture;
 
 /// The topology is right, there is no doubt, and the noise is known.
 fn comes_out_right(points: &[[f64; 3]], genus: i64) {
@@ -31,15 +32,10 @@ fn comes_out_right(points: &[[f64; 3]], genus: i64) {
     assert!((found - 1.0).abs() < 0.25, "{found} of the noise");
 }
 
-fn fixture(name: &str) -> Vec<[f64; 3]> {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fixtures/points").join(name);
-    let Points::Three(set) = zeroset_io::read_points(file).unwrap() else { panic!("{name} is a surface") };
-    set.points
-}
-
 #[test]
 fn bunny() {
-    comes_out_right(&fixture("bunny.ply"), 0);
+    let (_, Points::Three(set)) = fixture("bunny") else { panic!("a surface") };
+    comes_out_right(&set.points, 0);
 }
 
 /// Six standard deviations thick: lengths below the noise make hundreds of handles there, and W agrees with them.

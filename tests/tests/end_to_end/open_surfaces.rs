@@ -1,18 +1,14 @@
 //! Surfaces and curves with a boundary: `Options::open` leaves open what the points leave open.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
-use std::path::{Path, PathBuf};
 
-use serde_json::Value;
 use zeroset::isosurface::{Topology, TriMesh};
 use zeroset::{
     Figures, Options, Reconstruction, SamplesAround, StageFigures, extract_curve, extract_surface, reconstruct,
 };
 use zeroset_io::Points;
 
-fn folder() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../fixtures")
-}
+use crate::fixtures::fixture;
 
 fn open() -> Options {
     Options { open: true, ..Options::default() }
@@ -84,11 +80,7 @@ fn unsupported(result: &Reconstruction<3>) -> (f64, f64) {
 }
 
 fn ends_where_its_points_do(name: &str, truth: fn(f64, f64) -> [f64; 3]) {
-    let text = std::fs::read_to_string(folder().join("fixtures.json")).unwrap();
-    let list: Value = serde_json::from_str(&text).unwrap();
-    let entry = list["fixtures"].as_array().unwrap().iter().find(|entry| entry["name"] == name).unwrap();
-    let path = folder().join(entry["file"].as_str().unwrap());
-    let Points::Three(set) = zeroset_io::read_points(path).unwrap() else { panic!("{name} is a surface") };
+    let (entry, Points::Three(set)) = fixture(name) else { panic!("{name} is a surface") };
     let mut result = reconstruct(&set.points, &open()).unwrap();
     let (mesh, topology) = extract_surface(&mut result).unwrap();
     assert!(!topology.closed && topology.boundary_edges > 0);
