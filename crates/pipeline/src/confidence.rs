@@ -10,7 +10,7 @@ use zeroset_bspline::Derivatives;
 use zeroset_gefm::area_vectors;
 use zeroset_winding::{Options, Tree};
 
-use crate::domain::{flat_index, multi_index};
+use crate::domain::{Nodes, flat_index};
 use crate::error::ReconstructError;
 use crate::frame::Frame;
 use crate::reconstruct::Reconstruction;
@@ -87,16 +87,10 @@ impl<const D: usize> Reconstruction<D> {
     /// # Errors
     /// None that is known: nodes are finite.
     pub fn confidence_field(&self) -> Result<ArrayD<f64>, ReconstructError> {
-        let nodes = self.domain.nodes(self.halvings);
-        let shape = nodes.each_ref().map(Vec::len);
-        let place = |flat: usize| {
-            let index = multi_index(flat, &shape);
-            std::array::from_fn(|axis| nodes[axis][index[axis]])
-        };
-        let places: Vec<[f64; D]> = (0..shape.iter().product()).map(place).collect();
-        let values = self.confidence_in_frame(&places)?;
-        Ok(ArrayD::from_shape_fn(&shape[..], |index| {
-            values[flat_index(&std::array::from_fn(|axis| index[axis]), &shape)]
+        let nodes = Nodes::new(&self.domain, self.halvings);
+        let values = self.confidence_in_frame(&nodes.places())?;
+        Ok(ArrayD::from_shape_fn(&nodes.shape[..], |index| {
+            values[flat_index(&std::array::from_fn(|axis| index[axis]), &nodes.shape)]
         }))
     }
 

@@ -1,5 +1,7 @@
 //! The box around the points and its nested lattices.
 
+use std::ops::Range;
+
 use zeroset_bspline::{KnotError, KnotVector};
 
 /// A box of cubic cells around the points, in frame units. Halving its cells again and again gives lattices that nest.
@@ -70,6 +72,36 @@ impl<const D: usize> Domain<D> {
     pub fn nodes(&self, halvings: u32) -> [Vec<f64>; D] {
         let (cells, spacing) = (self.cells(halvings), self.spacing(halvings));
         std::array::from_fn(|axis| (0..=cells[axis]).map(|i| self.lower[axis] + i as f64 * spacing).collect())
+    }
+}
+
+/// The nodes of a lattice in C order.
+pub(crate) struct Nodes<const D: usize> {
+    axes: [Vec<f64>; D],
+    pub(crate) shape: [usize; D],
+}
+
+impl<const D: usize> Nodes<D> {
+    /// Those of the lattice after `halvings`.
+    pub(crate) fn new(domain: &Domain<D>, halvings: u32) -> Self {
+        let axes = domain.nodes(halvings);
+        Self { shape: std::array::from_fn(|axis| axes[axis].len()), axes }
+    }
+
+    /// Their numbers.
+    pub(crate) fn all(&self) -> Range<usize> {
+        0..self.shape.iter().product()
+    }
+
+    /// Where one of them is.
+    pub(crate) fn at(&self, flat: usize) -> [f64; D] {
+        let index = multi_index(flat, &self.shape);
+        std::array::from_fn(|axis| self.axes[axis][index[axis]])
+    }
+
+    /// Where they are.
+    pub(crate) fn places(&self) -> Vec<[f64; D]> {
+        self.all().map(|flat| self.at(flat)).collect()
     }
 }
 

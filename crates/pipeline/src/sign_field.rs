@@ -8,7 +8,7 @@ use zeroset_bspline::{Derivatives, Spline};
 use zeroset_gefm::area_vectors;
 use zeroset_winding::{Options, Tree};
 
-use crate::domain::{Domain, flat_index, multi_index};
+use crate::domain::{Domain, Nodes, flat_index};
 use crate::error::ReconstructError;
 use crate::spacing::Spacing;
 
@@ -53,7 +53,7 @@ pub fn sign_field<const D: usize>(
     let tree = Tree::new(points, options)?;
     let number = tree.with_normals(&vectors)?;
     let coarse = Nodes::new(domain, 0);
-    let coarse_winding = number.evaluate(&coarse.all().map(|flat| coarse.at(flat)).collect::<Vec<_>>())?;
+    let coarse_winding = number.evaluate(&coarse.places())?;
     let shape = coarse.shape;
     let fine = Nodes::new(domain, halvings);
     let (near, far) = ((NEAR * spacing.typical).max(domain.spacing(halvings)), FAR * domain.spacing);
@@ -76,28 +76,6 @@ pub fn sign_field<const D: usize>(
         }
     }
     Ok(SignField { value, winding })
-}
-
-/// The nodes of a lattice in C order.
-struct Nodes<const D: usize> {
-    axes: [Vec<f64>; D],
-    shape: [usize; D],
-}
-
-impl<const D: usize> Nodes<D> {
-    fn new(domain: &Domain<D>, halvings: u32) -> Self {
-        let axes = domain.nodes(halvings);
-        Self { shape: std::array::from_fn(|axis| axes[axis].len()), axes }
-    }
-
-    fn all(&self) -> std::ops::Range<usize> {
-        0..self.shape.iter().product()
-    }
-
-    fn at(&self, flat: usize) -> [f64; D] {
-        let index = multi_index(flat, &self.shape);
-        std::array::from_fn(|axis| self.axes[axis][index[axis]])
-    }
 }
 
 /// Multilinear interpolation of coarse nodes at a node of the lattice after `halvings`.
