@@ -76,6 +76,7 @@ mod topology_changes;
 mod trust;
 mod volume;
 
+pub use calibration::DistanceFigures;
 pub use confidence::RegionReport;
 pub use crossings::{crossings, gaps, off_the_surface};
 pub use domain::Domain;

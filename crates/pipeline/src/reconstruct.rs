@@ -236,7 +236,7 @@ pub(crate) fn road<const D: usize>(
         (HierarchicalSpline::new(initial)?, None)
     };
 
-    let spline = calibrated(spline, &domain, halvings, &distance, fitted_spacing.typical)?;
+    let (spline, distance) = calibrated(spline, &domain, halvings, &distance, (few, fitted_spacing.typical))?;
 
     let coarse = domain.knots(options.degree, 0)?;
     let trust = trust::judge(&spline, (&fitted, &fitted_spacing), (few, few_spacing), noise, &coarse, &frame)?;
@@ -297,6 +297,7 @@ pub(crate) fn road<const D: usize>(
         memory,
         stages: road.stages,
         trust,
+        distance,
         warnings,
         doubt,
     };

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use crate::calibration::DistanceFigures;
 use crate::confidence::RegionReport;
 use crate::extraction::Figures;
 use crate::memory::MemoryReport;
@@ -25,6 +26,8 @@ pub struct Report {
     pub stages: Vec<StageReport>,
     /// How far the sides can be trusted.
     pub trust: TrustReport,
+    /// How far the function is a signed distance.
+    pub distance: DistanceFigures,
     /// What a user should know before trusting the result.
     pub warnings: Vec<String>,
     /// Why the result is not to be trusted, if it is not, and what to try.

@@ -215,6 +215,12 @@ pub(crate) fn trust(report: &Report) -> String {
     });
     let around = format!("from 0 to 1, over a box of an eighth of the longest side; {around}");
     let uncovered = extraction(report).map_or(f64::NAN, |extraction| extraction.uncovered);
+    let distance = &report.distance;
+    let slope = format!("{} ± {}", figure(distance.slope), figure(distance.slope_error));
+    let differs = format!(
+        "|f| away from the points, against the distance from them: on average, and at most {}; in cells of the dense lattice",
+        figure(distance.largest_error)
+    );
     let memory = report.memory.limit.map_or_else(String::new, |limit| format!("{} were allowed", bytes(limit)));
     facts(
         "The function against the points",
@@ -233,6 +239,8 @@ pub(crate) fn trust(report: &Report) -> String {
                 "share of the points where walls or gaps are too thin for the sampling",
             ),
             ("not covered", percent(uncovered), "share of the points with no part of the result within two spacings"),
+            ("‖∇f‖", slope, "within two spacings of the points; that of a distance is 1"),
+            ("off the distance", figure(distance.error), &differs),
             ("memory", bytes(report.memory.need), &memory),
         ],
     )

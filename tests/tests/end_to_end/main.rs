@@ -9,4 +9,5 @@ mod invariance;
 mod noise;
 mod open_surfaces;
 mod report_page;
+mod signed_distance;
 mod soak;
