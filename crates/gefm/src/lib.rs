@@ -39,6 +39,7 @@ mod eigenvector_fit;
 mod error;
 mod fit;
 mod gradient_form;
+mod hermite_fit;
 mod ladder;
 mod ladder_options;
 mod ladder_report;
@@ -55,6 +56,7 @@ pub use eigenvector_fit::{EigenvectorIteration, EigenvectorOptions, EigenvectorR
 pub use error::GefmError;
 pub use fit::{Options, Report, fit};
 pub use gradient_form::area_vectors;
+pub use hermite_fit::{HermiteOptions, hermite_fit};
 pub use ladder::climb;
 pub use ladder_options::{KnownNormals, LadderOptions};
 pub use ladder_report::{Candidate, LadderReport, Start};

@@ -52,6 +52,7 @@ mod error;
 mod extraction;
 mod far_off;
 mod frame;
+mod hole_filling;
 mod kd_tree;
 mod known_normals;
 mod memory;

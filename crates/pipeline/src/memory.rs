@@ -43,6 +43,8 @@ const ACTIVE: f64 = 450.0;
 const KEPT: f64 = 50.0;
 /// Per cell that the zero set crosses: candidates around it with their values, a vertex, two triangles, and their topology.
 const CROSSED: f64 = 400.0;
+/// Per pair of coefficients of a lattice in space whose matrix is factored: the factor is about a fifth full.
+const FACTORED: f64 = 0.8;
 /// Cells that a surface or curve of extent A crosses, in `A / h^(D−1)`: the mean over all directions of a plane's normal of
 /// the sum of its components is 3/2, of a line's 4/π.
 const CUT: f64 = 1.5;
@@ -60,6 +62,13 @@ pub struct MemoryReport {
     pub wanted_need: u64,
     /// Levels above the dense lattice that were wanted.
     pub wanted_levels: usize,
+}
+
+impl MemoryReport {
+    /// Whether a matrix with so many unknowns can be factored besides.
+    pub(crate) fn has_room_to_factor(&self, unknowns: usize) -> bool {
+        self.limit.is_none_or(|limit| self.need as f64 + FACTORED * (unknowns as f64).powi(2) <= limit as f64)
+    }
 }
 
 /// What memory is needed for.

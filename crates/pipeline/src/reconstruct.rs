@@ -15,6 +15,7 @@ use crate::domain::Domain;
 use crate::error::ReconstructError;
 use crate::far_off::far_off;
 use crate::frame::{Frame, finite, not_flat};
+use crate::hole_filling::{Filling, fill_holes};
 use crate::known_normals::Known;
 use crate::memory::{self, Counts};
 use crate::one_sided::turning;
@@ -22,7 +23,7 @@ use crate::options::{Normals, Options, Topology};
 use crate::point::{Point, Reconstruct};
 use crate::refinement::{self, Refinement};
 use crate::report::{DistanceReport, FrameReport, InputReport, REPORT_VERSION, Report, StageFigures, StageReport};
-use crate::sign::synthesize;
+use crate::sign::{SignReport, synthesize};
 use crate::sign_field::sign_field;
 use crate::spacing::Spacing;
 use crate::thinning::thinned;
@@ -55,6 +56,8 @@ pub struct Reconstruction<const D: usize> {
     pub report: Report,
 }
 
+/// Holes are filled up to this noise, in spacings.
+const FILLABLE_NOISE: f64 = 0.5;
 /// Noise above this share of the spacing leaves the topology of surfaces unsure. (Curves have fewer ways to go wrong.)
 const DEEP_NOISE: f64 = 0.75;
 /// Noise below this share of the spacing is none, if the surface is open,
@@ -190,13 +193,30 @@ pub(crate) fn road<const D: usize>(
 
     // Data support the zero set where they lie within a cell and a spacing of both ends of a lattice edge.
     let reach = 1.5 * cell.max(spacing.typical) + cell;
+    let mut no_room = false;
     let (phi, off) = road.stage("sign", || {
-        let field = sign_field(&f_hat, few, few_spacing, &domain, halvings, &distance, calibration)?;
-        let (mut phi, report) = synthesize(&field, &distance, reach);
-        let crossings = crossings(&field.value, &phi, &nodes);
-        let off = off_the_surface(&crossings, &heard, &spacing.local, cell.max(smoothed), noise);
+        let mut field = sign_field(&f_hat, few, few_spacing, &domain, halvings, &distance, calibration)?;
+        let (mut phi, mut report) = synthesize(&field, &distance, reach);
+        let mut places = crossings(&field.value, &phi, &nodes);
+        let off = off_the_surface(&places, &heard, &spacing.local, cell.max(smoothed), noise);
         let sites = kept(sites, &off);
-        let gaps = gaps(&crossings, &sites, cell.max(spacing.typical));
+        // What is left open needs no filling, and where noise is deep what is far from all points may well be f̂'s mistake.
+        if !options.open && noise < FILLABLE_NOISE * spacing.typical {
+            let (guide, lattice) = ((&f_hat, ratio), (&domain, halvings));
+            match fill_holes(&mut field, &places, &sites, guide, lattice, &memory)? {
+                Filling::Filled(nodes_filled) => {
+                    let (filled, found) = synthesize(&field, &distance, reach);
+                    let crossed = crossings(&field.value, &filled, &nodes);
+                    // Unless nothing is left of a shape that was all hole.
+                    if !crossed.is_empty() {
+                        (phi, report, places) = (filled, SignReport { nodes_filled, ..found }, crossed);
+                    }
+                }
+                Filling::NoRoom => no_room = true,
+                Filling::NoHoles => {}
+            }
+        }
+        let gaps = gaps(&places, &sites, cell.max(spacing.typical));
         if !gaps.is_empty() || sites.len() < heard.len() {
             (distance, _) = unsigned_distance(&[sites, gaps].concat(), &domain, halvings, options)?;
             phi.zip_mut_with(&distance, |phi, d| *phi = d.copysign(*phi));
@@ -265,6 +285,13 @@ pub(crate) fn road<const D: usize>(
     let mut warnings = warnings(&road.stages, options.open);
     warnings.extend(warning);
     warnings.extend(memory.warning(cell));
+    if no_room {
+        warnings.push(
+            "holes of the data are closed more flatly than what is around them: there is too little memory for the fit that \
+             follows its curvature; allow more (--memory)"
+                .into(),
+        );
+    }
     if D == 3 && noise > DEEP_NOISE * spacing.typical {
         warnings.push(format!(
             "the noise (about {:.3e}) is nearly as large as the distance between points ({:.3e}): small handles and specks \

@@ -16,6 +16,8 @@ pub struct SignReport {
     pub nodes_flipped: usize,
     /// Nodes on the faces of the box that were inside and were made outside.
     pub nodes_clipped: usize,
+    /// Nodes in holes of the data, where a third-order fit has a say.
+    pub nodes_filled: usize,
     /// Share of the lattice edges across the zero set that have data nearby, after cleaning.
     pub supported: f64,
 }

@@ -69,10 +69,16 @@ impl<'a, const D: usize> Support<'a, D> {
         places.par_iter().map(|place| self.nearest_to(place)).collect()
     }
 
-    fn nearest_to(&self, place: &[f64; D]) -> Nearest {
+    /// The nearest sample of a place.
+    pub fn nearest_to(&self, place: &[f64; D]) -> Nearest {
         let nearest = self.tree.query(place).nearest_one::<SquaredEuclidean<f64>>().execute();
         let (distance, sample) = (nearest.distance.sqrt(), nearest.item as usize);
         Nearest { sample, distance, remoteness: distance / (FARTHEST * self.local[sample]) }
+    }
+
+    /// How far each sample supports a surface at most.
+    pub fn reaches(&self) -> impl Iterator<Item = f64> + '_ {
+        self.local.iter().map(|local| FARTHEST * local)
     }
 
     fn lack_at(&self, place: &[f64; D]) -> f64 {

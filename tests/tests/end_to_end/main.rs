@@ -5,6 +5,7 @@
 mod awkward;
 mod density;
 mod fixtures;
+mod holes;
 mod invariance;
 mod noise;
 mod open_surfaces;

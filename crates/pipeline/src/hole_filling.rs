@@ -1,0 +1,135 @@
+//! Holes of the data: a third-order fit in place of f̂, which flattens there.
+
+use kiddo::SquaredEuclidean;
+use rayon::prelude::*;
+use zeroset_bspline::{Derivatives, KnotVector, Spline};
+use zeroset_gefm::{HermiteOptions, hermite_fit};
+
+use crate::domain::{Domain, Nodes};
+use crate::error::ReconstructError;
+use crate::kd_tree::tree_of;
+use crate::memory::MemoryReport;
+use crate::sign_field::SignField;
+use crate::spacing::Spacing;
+use crate::support::{Nearest, Support};
+use crate::thinning::thinned;
+
+/// A hole begins where no point is near enough to [support](Support::nearest) a surface, and none within this share of a coarse cell; from
+/// twice that distance on the fit speaks alone.
+const CELLS: f64 = 0.5;
+/// Holes are filled if more than this share of the zero set is in them: a few places of any cloud are so by chance.
+const SHARE: f64 = 0.005;
+/// A gradient that differs from the normal by 1 counts as much as a value of so many spacings.
+const NORMAL_LENGTH: f64 = 0.5;
+/// The normals are taken from the fit so often.
+const ROUNDS: usize = 5;
+/// With more coefficients than this on the coarse lattice the fit would take seconds: it is made on cells twice as wide.
+const MOST: usize = 15_000;
+/// The fit is heard only beyond points that it passes within this share of the distance at which a hole begins, with its gradient less
+/// than 45° from the normal: it knows neither details nor walls thinner than its cells.
+const FITS: f64 = 0.3;
+const TURNED: f64 = 0.7;
+/// It is heard up to twice so many times as far from a hole's surface as that is from the points.
+const BESIDE: f64 = 1.0;
+/// Farther than a coarse cell from all points it is not heard where winding numbers are so far from ½.
+const CLEAR: f64 = 0.45;
+
+/// What came of it.
+pub enum Filling {
+    /// There are no holes.
+    NoHoles,
+    /// There is not enough memory for the fit.
+    NoRoom,
+    /// Nodes that have changed.
+    Filled(usize),
+}
+
+/// Where the `crossings` of the zero set run far from all `sites`, lets a third-order fit to these with the normals of f̂ fade in: in `field`,
+/// on the nodes of the lattice after `halvings`. `ratio` is the smoothing length of f̂ in spacings.
+///
+/// # Errors
+/// If the lattice is not valid.
+pub fn fill_holes<const D: usize>(
+    field: &mut SignField,
+    crossings: &[[f64; D]],
+    sites: &[[f64; D]],
+    (f_hat, ratio): (&Spline<D>, f64),
+    (domain, halvings): (&Domain<D>, u32),
+    memory: &MemoryReport,
+) -> Result<Filling, ReconstructError> {
+    let all = Spacing::of(sites);
+    let few = thinned(sites, all.typical).map(|few| (Spacing::of(&few), few));
+    let (spacing, sites) = few.as_ref().map_or((&all, sites), |(spacing, few)| (spacing, few));
+    let support = Support::new(sites, spacing);
+    // Of a place: 1 where a hole begins.
+    let depth = |nearest: &Nearest| nearest.remoteness.min(nearest.distance / (CELLS * domain.spacing));
+    let nearest = support.nearest(crossings);
+    let (holes, depths): (Vec<[f64; D]>, Vec<f64>) = crossings
+        .iter()
+        .zip(&nearest)
+        .filter(|(_, nearest)| depth(nearest) > 1.0)
+        .map(|(place, nearest)| (*place, nearest.distance))
+        .unzip();
+    if holes.is_empty() || (holes.len() as f64) < SHARE * crossings.len() as f64 {
+        return Ok(Filling::NoHoles);
+    }
+    let mut knots = domain.knots(3, 0)?;
+    let unknowns = |knots: &[KnotVector; D]| knots.iter().map(KnotVector::basis_count).product::<usize>();
+    if unknowns(&knots) > MOST {
+        knots = domain.bottom(3)?;
+    }
+    if !memory.has_room_to_factor(unknowns(&knots)) {
+        return Ok(Filling::NoRoom);
+    }
+
+    let normals = f_hat.evaluate(sites, Derivatives::Gradient).gradients;
+    let settings = HermiteOptions {
+        density: spacing.density,
+        smoothing_length: ratio * spacing.typical,
+        normal_length: NORMAL_LENGTH * spacing.typical,
+        rounds: ROUNDS,
+    };
+    // Sites that hardly leave a plane have no unique fit: f̂ has to do.
+    let Ok(fit) = hermite_fit(sites, &normals, &spacing.areas, &knots, &settings) else { return Ok(Filling::NoHoles) };
+    let at_sites = fit.evaluate(sites, Derivatives::Gradient);
+    let heard: Vec<bool> = at_sites
+        .sampson_distances()
+        .iter()
+        .zip(at_sites.gradients.iter().zip(&normals))
+        .zip(support.reaches())
+        .map(|((distance, (gradient, normal)), reach)| {
+            let begins = reach.max(CELLS * domain.spacing);
+            distance.abs() < FITS * begins && cosine(gradient, normal) > TURNED
+        })
+        .collect();
+
+    let nodes = Nodes::new(domain, halvings);
+    let steps = domain.nodes(halvings);
+    let (flat, filled) = (f_hat.sample(&steps, [0; D]), fit.sample(&steps, [0; D]));
+    let tree = tree_of(&holes);
+    let share = |(node, winding): (usize, &f64)| {
+        let place = nodes.at(node);
+        let hole = tree.query(&place).nearest_one::<SquaredEuclidean<f64>>().execute();
+        let beside = (2.0 - hole.distance.sqrt() / (BESIDE * depths[hole.item as usize])).clamp(0.0, 1.0);
+        let nearest = support.nearest_to(&place);
+        let told_otherwise = winding.abs() > CLEAR && nearest.distance > domain.spacing;
+        if told_otherwise || !heard[nearest.sample] { 0.0 } else { beside * (depth(&nearest) - 1.0).clamp(0.0, 1.0) }
+    };
+    let (Some(values), Some(winding)) = (field.value.as_slice_mut(), field.winding.as_slice()) else {
+        return Ok(Filling::NoHoles);
+    };
+    let shares: Vec<f64> = winding.par_iter().enumerate().map(share).collect();
+    let mut changed = 0;
+    for ((value, share), (flat, filled)) in values.iter_mut().zip(shares).zip(flat.iter().zip(&filled)) {
+        if share > 0.0 {
+            *value = (1.0 - share) * flat + share * filled;
+            changed += 1;
+        }
+    }
+    Ok(Filling::Filled(changed))
+}
+
+fn cosine<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {
+    let dot = |a: &[f64; D], b: &[f64; D]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    dot(a, b) / (dot(a, a) * dot(b, b)).sqrt()
+}

@@ -1,0 +1,94 @@
+//! Data with holes: what closes them follows the curvature around them.
+
+use std::f64::consts::TAU;
+
+use zeroset::{Options, Reconstruction, StageFigures, extract_curve, extract_surface, reconstruct};
+use zeroset_tests::Random;
+
+/// Nodes of the lattice where the third-order fit had a say.
+fn filled<const D: usize>(result: &Reconstruction<D>) -> usize {
+    let sign = result.report.stages.iter().find_map(|stage| match &stage.figures {
+        StageFigures::Sign(report) => Some(report.nodes_filled),
+        _ => None,
+    });
+    sign.unwrap()
+}
+
+#[test]
+fn a_quarter_of_a_circle() {
+    let mut random = Random(1);
+    let angles: Vec<f64> = (0..300).map(|i| TAU * (f64::from(i) + random.uniform()) / 300.0).collect();
+    let on_circle = |share: f64| {
+        let kept = angles.iter().filter(|t| **t < share * TAU);
+        kept.map(|t| [t.cos(), t.sin()]).collect::<Vec<_>>()
+    };
+    assert_eq!(filled(&reconstruct(&on_circle(1.0), &Options::default()).unwrap()), 0);
+    let mut result = reconstruct(&on_circle(0.75), &Options::default()).unwrap();
+    assert!(filled(&result) > 0);
+    let (curves, _) = extract_curve(&mut result).unwrap();
+    assert_eq!(curves.loops.len(), 1);
+    for vertex in &curves.loops[0] {
+        // Second derivatives alone cut the corner by 0.14.
+        assert!((vertex[0].hypot(vertex[1]) - 1.0).abs() < 0.08, "{vertex:?}");
+    }
+}
+
+#[test]
+fn a_cap_of_a_sphere() {
+    let mut random = Random(2);
+    let direction = || std::array::from_fn::<f64, 3, _>(|_| random.gaussian());
+    let points: Vec<[f64; 3]> = std::iter::repeat_with(direction)
+        .map(|v| v.map(|x| x / v.iter().map(|x| x * x).sum::<f64>().sqrt()))
+        // 35 degrees around the pole.
+        .filter(|v| v[2] < 0.82)
+        .take(2500)
+        .collect();
+    let mut result = reconstruct(&points, &Options::default()).unwrap();
+    assert!(filled(&result) > 0);
+    let (mesh, topology) = extract_surface(&mut result).unwrap();
+    assert!(topology.closed && topology.components == 1 && topology.genus == 0);
+    for v in &mesh.vertices {
+        let radius = v.iter().map(|x| x * x).sum::<f64>().sqrt();
+        // Second derivatives alone flatten the cap by more than 0.1.
+        assert!((radius - 1.0).abs() < 0.03, "{radius} at {v:?}");
+    }
+}
+
+#[test]
+fn a_seventh_of_a_torus() {
+    let mut random = Random(3);
+    let points: Vec<[f64; 3]> = (0..4000)
+        .map(|_| [6.0 / 7.0 * TAU * random.uniform(), TAU * random.uniform()])
+        .map(|[u, v]| [(1.0 + 0.35 * v.cos()) * u.cos(), (1.0 + 0.35 * v.cos()) * u.sin(), 0.35 * v.sin()])
+        .collect();
+    let mut result = reconstruct(&points, &Options::default()).unwrap();
+    let (mesh, topology) = extract_surface(&mut result).unwrap();
+    // Its ends are closed by domes if only second derivatives are small.
+    assert!(topology.closed && topology.components == 1 && topology.genus == 1, "{topology:?}");
+    for v in &mesh.vertices {
+        let tube = (v[0].hypot(v[1]) - 1.0).hypot(v[2]);
+        assert!((tube - 0.35).abs() < 0.05, "{tube} at {v:?}");
+    }
+}
+
+/// The fit cannot tell two sheets nearer than its cells apart: it must not be heard beside them.
+#[test]
+fn a_window_in_a_thin_plate() {
+    let mut random = Random(4);
+    let points: Vec<[f64; 3]> = std::iter::repeat_with(|| {
+        let [x, y, z] = [2.0, 1.4, 0.04].map(|side| side * (random.uniform() - 0.5));
+        // Faces and rims by their areas.
+        match random.below(100) {
+            0..94 => [x, y, 0.02f64.copysign(z)],
+            94..97 => [1f64.copysign(x), y, z],
+            _ => [x, 0.7f64.copysign(y), z],
+        }
+    })
+    .filter(|p| p[0].hypot(p[1]) > 0.25)
+    .take(8000)
+    .collect();
+    let mut result = reconstruct(&points, &Options::default()).unwrap();
+    let (mesh, topology) = extract_surface(&mut result).unwrap();
+    assert!(topology.closed && topology.components == 1, "{topology:?}");
+    assert!(mesh.vertices.iter().all(|v| v[2].abs() < 0.06), "no bulge beside the window");
+}
