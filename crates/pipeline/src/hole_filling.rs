@@ -10,7 +10,7 @@ use crate::error::ReconstructError;
 use crate::kd_tree::tree_of;
 use crate::memory::MemoryReport;
 use crate::sign_field::SignField;
-use crate::spacing::Spacing;
+use crate::spacing::{Spacing, distances_to};
 use crate::support::{Nearest, Support};
 use crate::thinning::thinned;
 
@@ -57,22 +57,30 @@ pub fn fill_holes<const D: usize>(
     (domain, halvings): (&Domain<D>, u32),
     memory: &MemoryReport,
 ) -> Result<Filling, ReconstructError> {
+    let wide = CELLS * domain.spacing;
+    let enough = |holes: &[[f64; D]]| !holes.is_empty() && holes.len() as f64 >= SHARE * crossings.len() as f64;
+    // Most clouds have no point as far from any other as that: they are done with here.
+    let far = distances_to(sites, crossings);
+    let far: Vec<[f64; D]> = crossings.iter().zip(far).filter(|(_, d)| *d > wide).map(|(place, _)| *place).collect();
+    if !enough(&far) {
+        return Ok(Filling::NoHoles);
+    }
     let all = Spacing::of(sites);
     let few = thinned(sites, all.typical).map(|few| (Spacing::of(&few), few));
     let (spacing, sites) = few.as_ref().map_or((&all, sites), |(spacing, few)| (spacing, few));
     let support = Support::new(sites, spacing);
     // Of a place: 1 where a hole begins.
-    let depth = |nearest: &Nearest| nearest.remoteness.min(nearest.distance / (CELLS * domain.spacing));
-    let nearest = support.nearest(crossings);
-    let (holes, depths): (Vec<[f64; D]>, Vec<f64>) = crossings
+    let depth = |nearest: &Nearest| nearest.remoteness.min(nearest.distance / wide);
+    let (holes, depths): (Vec<[f64; D]>, Vec<f64>) = far
         .iter()
-        .zip(&nearest)
+        .zip(support.nearest(&far))
         .filter(|(_, nearest)| depth(nearest) > 1.0)
         .map(|(place, nearest)| (*place, nearest.distance))
         .unzip();
-    if holes.is_empty() || (holes.len() as f64) < SHARE * crossings.len() as f64 {
+    if !enough(&holes) {
         return Ok(Filling::NoHoles);
     }
+
     let mut knots = domain.knots(3, 0)?;
     let unknowns = |knots: &[KnotVector; D]| knots.iter().map(KnotVector::basis_count).product::<usize>();
     if unknowns(&knots) > MOST {
@@ -98,7 +106,7 @@ pub fn fill_holes<const D: usize>(
         .zip(at_sites.gradients.iter().zip(&normals))
         .zip(support.reaches())
         .map(|((distance, (gradient, normal)), reach)| {
-            let begins = reach.max(CELLS * domain.spacing);
+            let begins = reach.max(wide);
             distance.abs() < FITS * begins && cosine(gradient, normal) > TURNED
         })
         .collect();
