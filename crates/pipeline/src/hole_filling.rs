@@ -119,6 +119,9 @@ pub fn fill_holes<const D: usize>(
         let place = nodes.at(node);
         let hole = tree.query(&place).nearest_one::<SquaredEuclidean<f64>>().execute();
         let beside = (2.0 - hole.distance.sqrt() / (BESIDE * depths[hole.item as usize])).clamp(0.0, 1.0);
+        if beside == 0.0 {
+            return 0.0;
+        }
         let nearest = support.nearest_to(&place);
         let told_otherwise = winding.abs() > CLEAR && nearest.distance > domain.spacing;
         if told_otherwise || !heard[nearest.sample] { 0.0 } else { beside * (depth(&nearest) - 1.0).clamp(0.0, 1.0) }
