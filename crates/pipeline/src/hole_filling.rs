@@ -23,7 +23,7 @@ const SHARE: f64 = 0.005;
 const NORMAL_LENGTH: f64 = 0.5;
 /// The normals are taken from the fit so often.
 const ROUNDS: usize = 5;
-/// With more coefficients than this on the coarse lattice the fit would take seconds: it is made on cells twice as wide.
+/// With more coefficients than this on the coarse lattice the fit would take seconds: it is made on cells twice as wide, or not at all.
 const MOST: usize = 15_000;
 /// The fit is heard only beyond points that it passes within this share of the distance at which a hole begins, with its gradient less
 /// than 45° from the normal: it knows neither details nor walls thinner than its cells.
@@ -59,7 +59,7 @@ pub fn fill_holes<const D: usize>(
 ) -> Result<Filling, ReconstructError> {
     let wide = CELLS * domain.spacing;
     let enough = |holes: &[[f64; D]]| !holes.is_empty() && holes.len() as f64 >= SHARE * crossings.len() as f64;
-    // Most clouds have no point as far from any other as that: they are done with here.
+    // Most surfaces are nowhere as far from their points as that: they are done with here.
     let far = distances_to(sites, crossings);
     let far: Vec<[f64; D]> = crossings.iter().zip(far).filter(|(_, d)| *d > wide).map(|(place, _)| *place).collect();
     if !enough(&far) {
@@ -85,6 +85,10 @@ pub fn fill_holes<const D: usize>(
     let unknowns = |knots: &[KnotVector; D]| knots.iter().map(KnotVector::basis_count).product::<usize>();
     if unknowns(&knots) > MOST {
         knots = domain.bottom(3)?;
+    }
+    // A box with a wide margin.
+    if unknowns(&knots) > MOST {
+        return Ok(Filling::NoHoles);
     }
     if !memory.has_room_to_factor(unknowns(&knots)) {
         return Ok(Filling::NoRoom);
