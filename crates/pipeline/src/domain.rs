@@ -44,6 +44,11 @@ impl<const D: usize> Domain<D> {
         self.cells.map(|count| count << halvings)
     }
 
+    /// Coefficients of degree `degree` on the lattice after `halvings`. They are counted to refuse too many: these need not fit an integer.
+    pub(crate) fn coefficients(&self, degree: usize, halvings: u32) -> f64 {
+        self.cells(halvings).map(|cells| (cells + degree) as f64).iter().product()
+    }
+
     /// Uniform knot vectors on the lattice after `halvings`.
     ///
     /// # Errors
@@ -77,7 +82,7 @@ impl<const D: usize> Domain<D> {
 
 /// The nodes of a lattice in C order.
 pub(crate) struct Nodes<const D: usize> {
-    axes: [Vec<f64>; D],
+    pub(crate) axes: [Vec<f64>; D],
     pub(crate) shape: [usize; D],
 }
 

@@ -116,8 +116,7 @@ pub fn fill_holes<const D: usize>(
         .collect();
 
     let nodes = Nodes::new(domain, halvings);
-    let steps = domain.nodes(halvings);
-    let (flat, filled) = (f_hat.sample(&steps, [0; D]), fit.sample(&steps, [0; D]));
+    let (flat, filled) = (f_hat.sample(&nodes.axes, [0; D]), fit.sample(&nodes.axes, [0; D]));
     let tree = tree_of(&holes);
     let share = |(node, winding): (usize, &f64)| {
         let place = nodes.at(node);

@@ -105,12 +105,10 @@ impl Counts {
         let active = |band: &CellBand<D>| {
             std::iter::once(band.near().len()).chain(band.active().iter().map(|level| level.len())).collect()
         };
-        let coefficients =
-            |halvings| domain.cells(halvings).into_iter().map(|n| (n + options.degree) as f64).product::<f64>();
         Self {
             points,
-            ladder: coefficients(halvings.min(FINEST_RUNG)),
-            dense: coefficients(halvings),
+            ladder: domain.coefficients(options.degree, halvings.min(FINEST_RUNG)),
+            dense: domain.coefficients(options.degree, halvings),
             dense_refined: options.refine && band.is_none(),
             active: band.map_or(vec![], active),
             crossed: CUT * extent / face(domain.spacing(halvings)),

@@ -73,7 +73,7 @@ const MOST_ISOLATED: f64 = 0.25;
 /// The dense lattice in the plane has no more cells along the longest side than so many times the number of points.
 const MOST_CELLS: usize = 4;
 /// In space it has no more cubic coefficients than so many times that.
-const MOST_COEFFICIENTS: usize = 1200;
+const MOST_COEFFICIENTS: f64 = 1200.0;
 /// The finest lattice of the topology stage, in halvings of the coarsest.
 pub(crate) const FINEST_RUNG: u32 = 2;
 /// Below this share of zero-set edges with data nearby, a warning is given.
@@ -442,11 +442,6 @@ struct Lattices<const D: usize> {
     levels: Option<u32>,
 }
 
-/// Cubic coefficients of the lattice after `halvings`.
-fn coefficients<const D: usize>(domain: &Domain<D>, halvings: u32) -> usize {
-    domain.cells(halvings).map(|cells| cells + 3).iter().product()
-}
-
 fn lattices<const D: usize>(frame: &Frame<D>, spacing: &Spacing, margin: f64, options: &Options) -> Lattices<D> {
     let coarse = coarse_cells::<D>(spacing);
     // On one dense lattice no finer than 64 cells in 3D, for its cost grows with the cube.
@@ -468,7 +463,7 @@ fn lattices<const D: usize>(frame: &Frame<D>, spacing: &Spacing, margin: f64, op
             // clusters far apart millions would. In space evenly spaced points want some hundred coefficients each.
             let few = match D {
                 2 => (MOST_CELLS * spacing.local.len() / coarse).max(2).ilog2(),
-                _ if coefficients::<D>(&domain, most) > MOST_COEFFICIENTS * spacing.local.len() => most - 1,
+                _ if domain.coefficients(3, most) > MOST_COEFFICIENTS * spacing.local.len() as f64 => most - 1,
                 _ => most,
             };
             let halvings = wanted.clamp(1.0, f64::from(most.min(few))) as u32;

@@ -12,3 +12,4 @@ mod open_surfaces;
 mod report_page;
 mod signed_distance;
 mod soak;
+mod tori;

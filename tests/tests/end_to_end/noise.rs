@@ -1,12 +1,11 @@
 //! Noise of a percent of the diagonal, which is most of the distance between points.
 
-use std::f64::consts::TAU;
-
 use zeroset::{Options, extract_surface, reconstruct};
 use zeroset_io::Points;
 use zeroset_tests::Random;
 
 use crate::fixtures::fixture;
+use crate::tori::torus;
 
 /// The topology is right, there is no doubt, and the noise is known.
 fn comes_out_right(points: &[[f64; 3]], genus: i64) {
@@ -41,14 +40,5 @@ fn bunny() {
 /// Six standard deviations thick: lengths below the noise make hundreds of handles there, and W agrees with them.
 #[test]
 fn thin_torus() {
-    let (large, small, mut random) = (1.0, 0.2, Random(7));
-    let points: Vec<[f64; 3]> =
-        std::iter::repeat_with(|| [TAU * random.uniform(), TAU * random.uniform(), random.uniform()])
-            // Even by area.
-            .filter(|[_, v, w]| w * (large + small) < large + small * v.cos())
-            .take(8000)
-            .map(|[u, v, _]| (u.sin_cos(), v.sin_cos()))
-            .map(|((s, c), (t, r))| [(large + small * r) * c, (large + small * r) * s, small * t])
-            .collect();
-    comes_out_right(&points, 1);
+    comes_out_right(&torus(0.2, 8000, &mut Random(7)), 1);
 }

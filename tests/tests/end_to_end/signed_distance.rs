@@ -1,24 +1,18 @@
 //! The function as a signed distance, against the exact one.
 
-use std::f64::consts::TAU;
-
 use zeroset::{Options, reconstruct};
 use zeroset_tests::Random;
 
-fn torus(p: &[f64; 3]) -> f64 {
+use crate::tori::torus;
+
+fn exact_distance(p: &[f64; 3]) -> f64 {
     (p[0].hypot(p[1]) - 1.0).hypot(p[2]) - 0.35
 }
 
 #[test]
 fn of_a_torus() {
     let mut random = Random(1);
-    let points: Vec<[f64; 3]> =
-        std::iter::repeat_with(|| [TAU * random.uniform(), TAU * random.uniform(), random.uniform()])
-            // By area: more of them on the outer side.
-            .filter(|[_, v, chance]| chance * 1.35 < 1.0 + 0.35 * v.cos())
-            .map(|[u, v, _]| [(1.0 + 0.35 * v.cos()) * u.cos(), (1.0 + 0.35 * v.cos()) * u.sin(), 0.35 * v.sin()])
-            .take(4000)
-            .collect();
+    let points = torus(0.35, 4000, &mut random);
     let result = reconstruct(&points, &Options::default()).unwrap();
     let (cell, spacing) = (result.report.frame.cell, result.report.input.spacing);
     let (origin, f) = result.in_data_units().unwrap();
@@ -27,7 +21,7 @@ fn of_a_torus() {
     let (mut slope, mut near) = (0.0, 0.0);
     for x in &places {
         let (value, gradient) = f.value_and_gradient(&std::array::from_fn(|axis| x[axis] - origin[axis]));
-        let exact = torus(x);
+        let exact = exact_distance(x);
         // What is asked of the function: one cell. On the tube's axis, where a distance has a kink, it is 0.4.
         assert!((value - exact).abs() < cell, "{value} where the distance is {exact}, at {x:?}");
         // 3e-4 of the size is what fitting leaves between the points.
