@@ -95,8 +95,8 @@ fn climb_among_threads<const D: usize>(
         knots = knots.each_ref().map(KnotVector::halved);
     }
     let referee = Referee::new(points, areas, options.spacing, options.density, &knots)?;
-    let mut ladder =
-        Ladder { points, areas, base, options, referee, report: LadderReport::default(), leader: None, failure: None };
+    let report = LadderReport::default();
+    let mut ladder = Ladder { points, areas, base, options, referee, report, leader: None, rung: None, failure: None };
     for halvings in options.first..=options.last {
         if !ladder.worth_climbing(halvings) {
             break;
@@ -134,6 +134,8 @@ struct Ladder<'a, const D: usize> {
     referee: Referee<'a, D>,
     report: LadderReport,
     leader: Option<Leader<D>>,
+    /// The lattice that was climbed to last.
+    rung: Option<Rung<'a, D>>,
     /// Why a candidate was passed over.
     failure: Option<GefmError>,
 }
@@ -155,7 +157,10 @@ impl<const D: usize> Ladder<'_, D> {
         let ratio = self.leader.as_ref().map_or(self.options.likeliest, |leader| leader.verdict.ratio);
         let points = (self.points, self.areas);
         self.options.cancel.check()?;
-        let mut rung = Rung::new(points, self.base, halvings, ratio, &self.directions(), self.options)?;
+        let mut rung = match self.rung.take() {
+            Some(rung) => rung.refined(ratio, &self.directions())?,
+            None => Rung::new(points, self.base, halvings, ratio, &self.directions(), self.options)?,
+        };
         if self.leader.is_some() {
             self.consider(&rung, self.next())?;
             if let Some(ratio) = self.shorter(ratio) {
@@ -165,12 +170,14 @@ impl<const D: usize> Ladder<'_, D> {
             }
         }
         match self.leader.as_ref().map(|leader| leader.verdict) {
-            Some(verdict) if verdict.beyond_noise <= self.options.doubtful => Ok(()),
+            Some(verdict) if verdict.beyond_noise <= self.options.doubtful => {}
             known => {
                 rung.set_ratio(known.map_or(ratio, |verdict| verdict.ratio))?;
-                self.search(&mut rung)
+                self.search(&mut rung)?;
             }
         }
+        self.rung = Some(rung);
+        Ok(())
     }
 
     /// Where the points are pulled: along the leader's normals, or, as long as there is none, away from their centroid. The

@@ -49,10 +49,19 @@ impl<'a, const D: usize> Rung<'a, D> {
         options: &'a LadderOptions<D>,
     ) -> Result<Self, GefmError> {
         let multigrid = Multigrid::new(base, halvings, points, areas, options.weight(ratio))?;
-        let collocation = Collocation::new(multigrid.knots(), points)?;
-        let mut pull = vec![0.0; collocation.coefficient_count()];
-        collocation.add_gradients_transposed(&area_vectors(directions, areas), &mut pull);
+        let (collocation, pull) = pulled(&multigrid, (points, areas), directions)?;
         Ok(Self { points, areas, options, multigrid, collocation, pull, halvings, ratio })
+    }
+
+    /// The next finer lattice, with a smoothing length and directions of its own.
+    ///
+    /// # Errors
+    /// As [`Rung::new`].
+    pub(crate) fn refined(mut self, ratio: f64, directions: &[[f64; D]]) -> Result<Self, GefmError> {
+        self.set_ratio(ratio)?;
+        let multigrid = self.multigrid.refined(self.points, self.areas)?;
+        let (collocation, pull) = pulled(&multigrid, (self.points, self.areas), directions)?;
+        Ok(Self { multigrid, collocation, pull, halvings: self.halvings + 1, ..self })
     }
 
     /// The smoothing length, in spacings.
@@ -118,4 +127,16 @@ impl<'a, const D: usize> Rung<'a, D> {
         let f = normalise(&self.collocation, self.points, self.areas, self.multigrid.knots(), f)?;
         Ok((f, report.stages.iter().map(|stage| stage.iterations).sum()))
     }
+}
+
+/// The points on the finest lattice, and unit pulls there along `directions` as the coefficients feel them.
+fn pulled<const D: usize>(
+    multigrid: &Multigrid<D>,
+    (points, areas): (&[[f64; D]], &[f64]),
+    directions: &[[f64; D]],
+) -> Result<(Collocation<D>, Vec<f64>), GefmError> {
+    let collocation = Collocation::new(multigrid.knots(), points)?;
+    let mut pull = vec![0.0; collocation.coefficient_count()];
+    collocation.add_gradients_transposed(&area_vectors(directions, areas), &mut pull);
+    Ok((collocation, pull))
 }

@@ -36,6 +36,8 @@ pub struct Multigrid<const D: usize> {
     /// From the finest to the one before the coarsest.
     levels: Vec<Level<D>>,
     bottom: Bottom<D>,
+    /// The weight w of the thin-plate energy.
+    energy_weight: f64,
     vectors: Scratch<Vec<Vectors>>,
 }
 
@@ -91,16 +93,22 @@ impl<const D: usize> Multigrid<D> {
         let equations = NormalEquations::new(&DerivativeEnergy::thin_plate(coarse).map_err(OperatorError::from)?);
         let data = equations.data(operator.points());
         let bottom = Bottom::new(operator, Arc::new(equations), Arc::new(data), energy_weight)?;
+        let coarsest =
+            Self { knots: coarse.clone(), levels: Vec::new(), bottom, energy_weight, vectors: Scratch::new() };
+        (0..halvings).try_fold(coarsest, |solver, _| solver.refined(points, weights))
+    }
 
-        let (mut levels, mut knots) = (Vec::new(), coarse.clone());
-        for _ in 0..halvings {
-            let finer = knots.each_ref().map(KnotVector::halved);
-            let operator = NormalOperator::new(&finer, points, weights, energy_weight)?;
-            levels.push(Level::new(operator, Arc::new(Transfer::new(&knots, &finer)?)));
-            knots = finer;
-        }
-        levels.reverse();
-        Ok(Self { knots, levels, bottom, vectors: Scratch::new() })
+    /// The solver one [halving](KnotVector::halved) further, of the same points, weights ω and w: the levels that there are
+    /// are the coarser ones of the new one.
+    ///
+    /// # Errors
+    /// As [`NormalOperator::new`].
+    pub fn refined(mut self, points: &[[f64; D]], weights: &[f64]) -> Result<Self, MultigridError> {
+        let finer = self.knots.each_ref().map(KnotVector::halved);
+        let operator = NormalOperator::new(&finer, points, weights, self.energy_weight)?;
+        let transfer = Transfer::new(&self.knots, &finer)?;
+        self.levels.insert(0, Level::new(operator, Arc::new(transfer)));
+        Ok(Self { knots: finer, vectors: Scratch::new(), ..self })
     }
 
     /// The solver of the same points on the same lattices with another weight of the energy: several times cheaper than
@@ -116,7 +124,7 @@ impl<const D: usize> Multigrid<D> {
         let Bottom { operator, equations, data, .. } = &self.bottom;
         let operator = operator.reweighted(energy_weight)?;
         let bottom = Bottom::new(operator, Arc::clone(equations), Arc::clone(data), energy_weight)?;
-        Ok(Self { knots: self.knots.clone(), levels, bottom, vectors: Scratch::new() })
+        Ok(Self { knots: self.knots.clone(), levels, bottom, energy_weight, vectors: Scratch::new() })
     }
 
     /// The finest knots, on which the unknowns live.
