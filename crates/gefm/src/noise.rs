@@ -58,17 +58,17 @@ mod tests {
         // The true curve is a wave around the zero set of f.
         let wave = |y: f64| 0.05 * (3.0 * y).sin();
         let uniform = |i: usize, k: f64| ((i as f64 * 12.9898 + k).sin() * 43_758.545_3).rem_euclid(1.0);
-        let points = |sigma: f64| -> Vec<[f64; 2]> {
+        let points = |sigma: f64, draw: usize| -> Vec<[f64; 2]> {
             let normal = |i: usize| (0..12).map(|k| uniform(i, f64::from(k))).sum::<f64>() - 6.0;
-            (0..4000)
+            (4000 * draw..4000 * (draw + 1))
                 .map(|i| (i, -0.9 + 1.8 * uniform(i, 77.0)))
                 .map(|(i, y)| [wave(y) + sigma * normal(i), y])
                 .collect()
         };
-        let found = noise_deviation(&f, &points(0.01));
-        // The median of 4000 differences, of which half are independent, scatters by 3 %.
-        assert!((found / 0.01 - 1.0).abs() < 0.1, "{found}");
+        let found = (0..16).map(|draw| noise_deviation(&f, &points(0.01, draw))).sum::<f64>() / 16.0;
+        // The median of 4000 differences, of which half are independent, scatters by 3 %; the mean of 16 by less than 1 %.
+        assert!((found / 0.01 - 1.0).abs() < 0.03, "{found}");
         // Neighbours are 0.00045 apart on average, on a slope of at most 0.15.
-        assert!(noise_deviation(&f, &points(0.0)) < 1e-4);
+        assert!(noise_deviation(&f, &points(0.0, 0)) < 1e-4);
     }
 }

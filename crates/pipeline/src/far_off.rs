@@ -74,5 +74,8 @@ mod tests {
         parts.truncate(102);
         assert_eq!(far_off(&parts).unwrap().iter().filter(|off| **off).count(), 2);
         assert_eq!(far_off(&[[1.0, 2.0]; 50]), None);
+        let mut tips = circle();
+        tips.extend([[3.5, 0.0], [0.0, 3.5]]);
+        assert_eq!(far_off(&tips), None, "less than four times as far as the next");
     }
 }

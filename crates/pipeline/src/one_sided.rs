@@ -67,4 +67,15 @@ mod tests {
             grid.iter().enumerate().map(|(i, p)| [p[0], p[1] % 10.0, if i < 200 { 0.0 } else { 1.0 }]).collect();
         assert_eq!(turning(&walls, &turned, &[1.0; 400]), 0.0);
     }
+
+    #[test]
+    fn the_two_sides_of_a_sharp_edge_are_two_walls() {
+        // Half lines down from a corner, 50° between them, with their first points at different distances from it: the way from
+        // one point to the other is nearly along one line, and across the other.
+        let (s, c) = 25f64.to_radians().sin_cos();
+        let side = |x: f64, first: f64| (0..20).map(move |i| first + f64::from(i)).map(move |t| [x * s * t, -c * t]);
+        let points: Vec<[f64; 2]> = side(1.0, 0.5).chain(side(-1.0, 0.1)).collect();
+        let normals: Vec<[f64; 2]> = (0..40).map(|i| [if i < 20 { c } else { -c }, s]).collect();
+        assert_eq!(turning(&points, &normals, &[1.0; 40]), 0.0);
+    }
 }
