@@ -110,6 +110,10 @@ fn climb_among_threads<const D: usize>(
 
 /// Cells narrower than the median distance of the points over this share resolve noise only.
 const NOISE: f64 = 0.25;
+/// Finer cells have never changed a side where no point was farther from the zero set than so many spacings, and W nowhere
+/// farther from ½ than the other number: what is thinner than the cells shows in one or the other.
+const MISSED: f64 = 1.5;
+const BESIDE: f64 = 0.45;
 /// A finer candidate is taken if its score is above the leader's by no more than this: it sees more detail, and the score
 /// of right answers differs by about as much from lattice to lattice.
 const SLACK: f64 = 0.01;
@@ -141,15 +145,23 @@ struct Ladder<'a, const D: usize> {
 }
 
 impl<const D: usize> Ladder<'_, D> {
-    /// Whether the cells after so many halvings are wide against the noise, or the points still on the wrong side.
+    /// Whether points may still be on the wrong side; or else the cells after so many halvings are wide against the noise, and
+    /// there is something that wider ones did not get.
     fn worth_climbing(&self, halvings: u32) -> bool {
         let Some(leader) = &self.leader else { return true };
+        if leader.verdict.beyond_noise > self.options.doubtful {
+            return true;
+        }
         let (_, low, high) = self.base[0].cells().next().unwrap_or_default();
         let cell = (high - low) / f64::from(1u32 << halvings);
-        let mut distances = leader.f.evaluate(self.points, Derivatives::Gradient).sampson_distances();
-        distances.iter_mut().for_each(|d| *d = d.abs());
-        distances.sort_by(f64::total_cmp);
-        leader.verdict.beyond_noise > self.options.doubtful || distances[distances.len() / 2] < NOISE * cell
+        let distances = leader.f.evaluate(self.points, Derivatives::Gradient).sampson_distances();
+        let heard = |(distance, area): (&f64, &f64)| (*area > 0.0).then_some(distance.abs());
+        let mut distances: Vec<f64> = distances.iter().zip(self.areas).filter_map(heard).collect();
+        distances.sort_unstable_by(f64::total_cmp);
+        let beside = |(winding, area): (&f64, &f64)| *area > 0.0 && (winding - 0.5).abs() > BESIDE;
+        let missed = distances.last().is_some_and(|largest| *largest > MISSED * self.options.spacing)
+            || leader.winding.iter().zip(self.areas).any(beside);
+        missed && distances[distances.len() / 2] < NOISE * cell
     }
 
     /// Candidates on the lattice after so many halvings.
@@ -354,6 +366,26 @@ mod tests {
         // Little noise changes nothing.
         assert!(!longer_wins(verdict(0.4, 0.1, 0.2), verdict(0.8, 0.12, 0.2)));
         assert!(longer_wins(verdict(0.4, 0.1, 0.2), verdict(0.8, 0.104, 0.2)));
+    }
+
+    #[test]
+    fn finer_lattices_are_for_what_wider_cells_did_not_get() {
+        let climbed = |points: &[[f64; 2]], spacing: f64| {
+            let options = LadderOptions { last: 3, ..LadderOptions::new(spacing, 1.0 / spacing) };
+            let (_, _, report) = climb(points, &vec![1.0; points.len()], &knots(0.6, 8), &options).unwrap();
+            report.candidates.iter().map(|candidate| candidate.halvings).max()
+        };
+        let spacing = 0.4 * std::f64::consts::TAU / 400.0;
+        let circle = |i: i32| (f64::from(i) / 400.0 * std::f64::consts::TAU).sin_cos();
+        let mut points: Vec<[f64; 2]> = (0..400).map(circle).map(|(s, c)| [0.4 * c, 0.4 * s]).collect();
+        assert_eq!(climbed(&points, spacing), Some(1));
+        // A groove three spacings wide and twelve deep, on cells of twelve spacings.
+        points.retain(|p| p[0] < 0.0 || p[1].abs() > 1.5 * spacing);
+        let side = |y: f64| (0..12).map(move |i| [0.4 - f64::from(i) * spacing, y * spacing]);
+        points.extend(
+            side(-1.5).chain(side(1.5)).chain((0..2).map(|i| [0.4 - 12.0 * spacing, (f64::from(i) - 0.5) * spacing])),
+        );
+        assert_eq!(climbed(&points, spacing), Some(2));
     }
 
     #[test]
