@@ -7,6 +7,9 @@ use zeroset_watch::CancelToken;
 
 use crate::error::{Error, check_rules};
 
+/// A smoothing length so little above the smallest is the smallest, and no step of its own.
+const NEARLY: f64 = 1.2;
+
 /// Settings of [`refine_levels`](crate::refine_levels). Lengths are in the unit of the points.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LevelOptions {
@@ -117,10 +120,10 @@ impl LevelOptions {
     /// The smoothing lengths of a level's steps: from that of the first they fall to the smallest, or to `coarse` if that
     /// comes before.
     pub(crate) fn lengths(&self, first: f64, coarse: f64) -> Vec<f64> {
-        let length = |step: usize| self.after(first, step);
         let smallest = self.smallest_smoothing_length.max(coarse.min(first));
+        let length = |step: usize| Some(self.after(first, step)).filter(|l| *l > NEARLY * smallest).unwrap_or(smallest);
         let useful = |step: &usize| *step == 0 || self.decay == 1.0 || length(step - 1) > smallest;
-        (0..self.steps).take_while(useful).map(|step| length(step).max(smallest)).collect()
+        (0..self.steps).take_while(useful).map(length).collect()
     }
 
     /// `w` for a smoothing length and a given share of the points.
