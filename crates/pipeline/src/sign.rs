@@ -31,14 +31,10 @@ pub struct SignReport {
 pub fn synthesize(field: &SignField, distance: &ArrayD<f64>, reach: f64) -> (ArrayD<f64>, SignReport) {
     let mut regions = Regions::new(field, distance, reach);
     let mut report = SignReport::default();
-    let mut first = true;
+    let mut measured = regions.measure();
+    report.regions_found = measured.len();
     // Each round removes a region, so there are no more rounds than regions.
     loop {
-        let measured = regions.measure();
-        if first {
-            report.regions_found = measured.len();
-            first = false;
-        }
         // The smallest first: what is left around it then counts as one boundary.
         let stray = measured.iter().filter(|r| r.stray()).min_by_key(|r| (r.size, r.start));
         let Some(stray) = stray else { break };
@@ -49,9 +45,13 @@ pub fn synthesize(field: &SignField, distance: &ArrayD<f64>, reach: f64) -> (Arr
         report.regions_removed += 1;
         report.nodes_flipped += stray.size;
         regions.flip(stray.start);
+        measured = regions.measure();
     }
     report.nodes_clipped = regions.clip();
-    report.supported = regions.supported_share();
+    if report.nodes_clipped > 0 {
+        measured = regions.measure();
+    }
+    report.supported = supported_share(&measured);
     let mut phi = distance.clone();
     for (value, &inside) in phi.iter_mut().zip(&regions.inside) {
         if inside {
@@ -173,13 +173,13 @@ impl Regions {
         }
         faces.len()
     }
+}
 
-    fn supported_share(&self) -> f64 {
-        let regions = self.measure();
-        let boundary: usize = regions.iter().map(|r| r.boundary).sum();
-        let supported: usize = regions.iter().map(|r| r.supported).sum();
-        if boundary == 0 { 0.0 } else { supported as f64 / boundary as f64 }
-    }
+/// Share of the lattice edges across all boundaries that have data nearby.
+fn supported_share(regions: &[Region]) -> f64 {
+    let boundary: usize = regions.iter().map(|r| r.boundary).sum();
+    let supported: usize = regions.iter().map(|r| r.supported).sum();
+    if boundary == 0 { 0.0 } else { supported as f64 / boundary as f64 }
 }
 
 #[cfg(test)]

@@ -4,11 +4,12 @@
 //! areas (lengths) that the points stand for, is 1 inside and 0 outside by Gauss' theorem. Near the points the sum is rough.
 
 use ndarray::ArrayD;
+use rayon::prelude::*;
 use zeroset_bspline::{Derivatives, Spline};
 use zeroset_gefm::area_vectors;
 use zeroset_winding::{Options, Tree};
 
-use crate::domain::{Domain, Nodes, flat_index};
+use crate::domain::{Domain, Nodes, flat_index, multi_index};
 use crate::error::ReconstructError;
 use crate::spacing::Spacing;
 
@@ -20,6 +21,11 @@ const FAR: f64 = 2.0;
 /// holes of the data, f̂ is the smoother one.
 const NEAR: f64 = 1.5;
 const CLEAR: f64 = 0.3;
+
+/// Of W, of which only signs and clear cases matter here.
+const TOLERANCE: f64 = 1e-2;
+/// Fewer nodes are not worth a task.
+const FEW: usize = 4096;
 
 /// What the sign is taken from, on the nodes of a lattice.
 #[derive(Debug, Clone, PartialEq)]
@@ -49,7 +55,7 @@ pub fn sign_field<const D: usize>(
     let area = 1.0 / (calibration * spacing.density);
     let areas: Vec<f64> = spacing.areas.iter().map(|share| area * share).collect();
     let vectors = area_vectors(&gradients, &areas);
-    let options = Options { regularisation: spacing.typical, ..Options::default() };
+    let options = Options { regularisation: spacing.typical, tolerance: TOLERANCE };
     let tree = Tree::new(points, options)?;
     let number = tree.with_normals(&vectors)?;
     let coarse = Nodes::new(domain, 0);
@@ -67,9 +73,12 @@ pub fn sign_field<const D: usize>(
             }
         }
     }
-    let winding = ArrayD::from_shape_fn(value.raw_dim(), |index| {
-        0.5 - interpolate(&coarse_winding, &shape, std::array::from_fn(|axis| index[axis]), halvings)
-    });
+    let mut winding = ArrayD::zeros(value.raw_dim());
+    if let Some(values) = winding.as_slice_mut() {
+        values.par_iter_mut().with_min_len(FEW).enumerate().for_each(|(flat, value)| {
+            *value = 0.5 - interpolate(&coarse_winding, &shape, multi_index(flat, &fine.shape), halvings);
+        });
+    }
     for ((value, winding), distance) in value.iter_mut().zip(&winding).zip(distance) {
         if *distance >= far {
             *value = *winding;

@@ -2,9 +2,7 @@
 
 use std::sync::Arc;
 use std::time::Instant;
-use zeroset_bspline::{
-    BlockField, CellBand, DerivativeEnergy, Derivatives, HierarchicalSpline, Implicit, Level, Spline,
-};
+use zeroset_bspline::{BlockField, CellBand, Derivatives, HierarchicalSpline, Implicit, Level, Spline};
 use zeroset_multigrid::{Truncation, solve_truncated};
 
 use crate::iteration::ACCEPT;
@@ -77,23 +75,18 @@ pub(crate) struct Cascade<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> Cascade<'a, D> {
-    /// Before the first step; `points` are all there are, `dense` has gradients with root mean square 1 there.
+    /// Before the first step; `points` are all there are, `energy` is that of the dense function.
     pub(crate) fn new(
         options: &'a LevelOptions,
         points: usize,
         fitted: &'a Weighted<D>,
         sides: &'a Sides<D>,
         judge: Judge<D>,
-        dense: &Spline<D>,
-    ) -> Result<Self, LevelError> {
-        let mut energy = 0.0;
-        for (order, weight) in options.fairness().weights.into_iter().enumerate().filter(|(_, weight)| *weight > 0.0) {
-            energy += weight * DerivativeEnergy::new(dense.knots(), order)?.energy(dense.as_flat());
-        }
-        let share = dot(&fitted.roots, &fitted.roots) / points as f64;
-        Ok(Self {
+        energy: f64,
+    ) -> Self {
+        Self {
             options,
-            share,
+            share: dot(&fitted.roots, &fitted.roots) / points as f64,
             fitted,
             sides,
             judge,
@@ -101,7 +94,7 @@ impl<'a, const D: usize> Cascade<'a, D> {
             smoothing_length: options.smoothing_length,
             at_noise: false,
             is_close: false,
-        })
+        }
     }
 
     /// Errors over all points.

@@ -1,7 +1,7 @@
 //! Refinement level by level: first with points held out, then with all.
 
 use std::time::Instant;
-use zeroset_bspline::{CellBand, Derivatives, HierarchicalSpline, Spline};
+use zeroset_bspline::{CellBand, DerivativeEnergy, Derivatives, HierarchicalSpline, Spline};
 
 use crate::cascade::{Cascade, Guidance, Refined};
 use crate::error::Error;
@@ -55,7 +55,8 @@ pub fn refine_levels<const D: usize>(
     };
     let (fitted, judge) = (weighted(&|i| !held[i]), Judge::new(weighted(&|i| held[i])));
     let held_out_points = points.len() - fitted.points.len();
-    let mut cascade = Cascade::new(options, points.len(), &fitted, sides, judge, &dense)?;
+    let energy = energy_of(&dense, options)?;
+    let mut cascade = Cascade::new(options, points.len(), &fitted, sides, judge, energy);
     let first = cascade.errors(&dense);
     let Refined { mut spline, found, levels } = cascade.run(&dense, band, Guidance::HeldOut)?;
     let result = cascade.errors(&spline);
@@ -63,7 +64,7 @@ pub fn refine_levels<const D: usize>(
     let mut levels_with_all = vec![];
     if held_out_points > 0 {
         let all = weighted(&|_| true);
-        let mut cascade = Cascade::new(options, points.len(), &all, sides, Judge::none(), &dense)?;
+        let mut cascade = Cascade::new(options, points.len(), &all, sides, Judge::none(), energy);
         Refined { spline, levels: levels_with_all, .. } = cascade.run(&dense, band, Guidance::Found(&found))?;
     }
 
@@ -84,6 +85,15 @@ pub fn refine_levels<const D: usize>(
         seconds: start.elapsed().as_secs_f64(),
     };
     Ok((spline, report))
+}
+
+/// What its smoothness costs.
+fn energy_of<const D: usize>(f: &Spline<D>, options: &LevelOptions) -> Result<f64, LevelError> {
+    let mut energy = 0.0;
+    for (order, weight) in options.fairness().weights.into_iter().enumerate().filter(|(_, weight)| *weight > 0.0) {
+        energy += weight * DerivativeEnergy::new(f.knots(), order)?.energy(f.as_flat());
+    }
+    Ok(energy)
 }
 
 /// Root mean square of `‖∇f‖` at the points.
