@@ -110,7 +110,7 @@ fn climb_among_threads<const D: usize>(
 
 /// Cells narrower than the median distance of the points over this share resolve noise only.
 const NOISE: f64 = 0.25;
-/// Finer cells have never changed a side where no point was farther from the zero set than so many spacings, and W nowhere
+/// Finer cells have never changed a side where no point was farther from the zero set than so many times the detail wanted, and W nowhere
 /// farther from ½ than the other number: what is thinner than the cells shows in one or the other.
 const MISSED: f64 = 1.5;
 const BESIDE: f64 = 0.45;
@@ -159,7 +159,7 @@ impl<const D: usize> Ladder<'_, D> {
         let mut distances: Vec<f64> = distances.iter().zip(self.areas).filter_map(heard).collect();
         distances.sort_unstable_by(f64::total_cmp);
         let beside = |(winding, area): (&f64, &f64)| *area > 0.0 && (winding - 0.5).abs() > BESIDE;
-        let missed = distances.last().is_some_and(|largest| *largest > MISSED * self.options.spacing)
+        let missed = distances.last().is_some_and(|largest| *largest > MISSED * self.options.detail)
             || leader.winding.iter().zip(self.areas).any(beside);
         missed && distances[distances.len() / 2] < NOISE * cell
     }
@@ -370,22 +370,23 @@ mod tests {
 
     #[test]
     fn finer_lattices_are_for_what_wider_cells_did_not_get() {
-        let climbed = |points: &[[f64; 2]], spacing: f64| {
-            let options = LadderOptions { last: 3, ..LadderOptions::new(spacing, 1.0 / spacing) };
+        let climbed = |points: &[[f64; 2]], spacing: f64, detail: f64| {
+            let options = LadderOptions { last: 3, detail, ..LadderOptions::new(spacing, 1.0 / spacing) };
             let (_, _, report) = climb(points, &vec![1.0; points.len()], &knots(0.6, 8), &options).unwrap();
             report.candidates.iter().map(|candidate| candidate.halvings).max()
         };
         let spacing = 0.4 * std::f64::consts::TAU / 400.0;
         let circle = |i: i32| (f64::from(i) / 400.0 * std::f64::consts::TAU).sin_cos();
         let mut points: Vec<[f64; 2]> = (0..400).map(circle).map(|(s, c)| [0.4 * c, 0.4 * s]).collect();
-        assert_eq!(climbed(&points, spacing), Some(1));
+        assert_eq!(climbed(&points, spacing, spacing), Some(1));
+        assert_eq!(climbed(&points, spacing, 1e-6 * spacing), Some(3), "a part of many more");
         // A groove three spacings wide and twelve deep, on cells of twelve spacings.
         points.retain(|p| p[0] < 0.0 || p[1].abs() > 1.5 * spacing);
         let side = |y: f64| (0..12).map(move |i| [0.4 - f64::from(i) * spacing, y * spacing]);
         points.extend(
             side(-1.5).chain(side(1.5)).chain((0..2).map(|i| [0.4 - 12.0 * spacing, (f64::from(i) - 0.5) * spacing])),
         );
-        assert_eq!(climbed(&points, spacing), Some(2));
+        assert_eq!(climbed(&points, spacing, spacing), Some(2));
     }
 
     #[test]

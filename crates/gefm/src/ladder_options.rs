@@ -33,6 +33,9 @@ pub struct LadderOptions<const D: usize> {
     pub spacing: f64,
     /// Density ρ of the points: per unit length in 2D, per unit area in 3D, in frame units.
     pub density: f64,
+    /// Detail that is wanted, frame units: lattices are climbed to until all points are about as near to the zero set. The
+    /// spacing, unless the points are a part of more.
+    pub detail: f64,
     /// Smoothing lengths that may be tried, in spacings, ascending.
     pub ratios: Vec<f64>,
     /// The first to be tried; then longer ones as long as that helps, or else shorter ones.
@@ -60,6 +63,7 @@ impl<const D: usize> LadderOptions<D> {
         Self {
             spacing,
             density,
+            detail: spacing,
             ratios: vec![0.2, 0.4, 0.8, 1.6, 3.2],
             likeliest: 0.4,
             first: 1,

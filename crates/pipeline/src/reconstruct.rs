@@ -176,7 +176,7 @@ pub(crate) fn road<const D: usize>(
     let (f_hat, calibration, ratio) =
         road.stage(if options.topology == Topology::Paper { "topology" } else { "ladder" }, || {
             let normals = || known.map(|known| known.of(few, &frame));
-            topology(few, few_spacing, normals, &domain, halvings, options, &watch.cancel)
+            topology((few, few_spacing), spacing.typical, normals, &domain, halvings, options, &watch.cancel)
         })?;
 
     let noise = gefm::noise_deviation(&f_hat, &heard);
@@ -473,8 +473,8 @@ fn lattices<const D: usize>(frame: &Frame<D>, spacing: &Spacing, margin: f64, op
 }
 
 fn topology<const D: usize>(
-    points: &[[f64; D]],
-    spacing: &Spacing,
+    (points, spacing): (&[[f64; D]], &Spacing),
+    detail: f64,
     normals: impl FnOnce() -> Option<Vec<[f64; D]>>,
     domain: &Domain<D>,
     halvings: u32,
@@ -492,6 +492,7 @@ fn topology<const D: usize>(
                 last: 1 + halvings.min(FINEST_RUNG),
                 normals: normals.unwrap_or_default(),
                 cancel: cancel.clone(),
+                detail,
                 ..gefm::LadderOptions::new(spacing.typical, spacing.density)
             };
             let (f_hat, _, report) = gefm::climb(points, &spacing.areas, &domain.bottom(options.degree)?, &settings)?;
