@@ -77,6 +77,4 @@ pub struct LevelsReport {
     pub held_places: usize,
     /// Points of the returned function whose gradient is below the floor.
     pub floored: usize,
-    /// Wall time.
-    pub seconds: f64,
 }

@@ -1,6 +1,5 @@
 //! Refinement level by level: first with points held out, then with all.
 
-use std::time::Instant;
 use zeroset_bspline::{CellBand, DerivativeEnergy, Derivatives, HierarchicalSpline, Spline};
 
 use crate::cascade::{Cascade, Guidance, Refined};
@@ -33,7 +32,6 @@ pub fn refine_levels<const D: usize>(
     band: &CellBand<D>,
     options: &LevelOptions,
 ) -> Result<(HierarchicalSpline<D>, LevelsReport), LevelError> {
-    let start = Instant::now();
     options.check()?;
     let areas = crate::refine::mean_one(areas, points.len())?;
     let nothing = Sides::default();
@@ -82,7 +80,6 @@ pub fn refine_levels<const D: usize>(
         levels_with_all,
         held_places: sides.places.len(),
         floored: norms.iter().filter(|n| **n < options.gradient_floor).count(),
-        seconds: start.elapsed().as_secs_f64(),
     };
     Ok((spline, report))
 }
