@@ -8,7 +8,7 @@ use zeroset_watch::CancelToken;
 use crate::error::{Error, check_rules};
 
 /// A smoothing length so little above the smallest is the smallest, and no step of its own.
-const NEARLY: f64 = 1.2;
+const NEARLY: f64 = 1.05;
 
 /// Settings of [`refine_levels`](crate::refine_levels). Lengths are in the unit of the points.
 #[derive(Debug, Clone, PartialEq)]
