@@ -386,7 +386,7 @@ mod tests {
         points.extend(
             side(-1.5).chain(side(1.5)).chain((0..2).map(|i| [0.4 - 12.0 * spacing, (f64::from(i) - 0.5) * spacing])),
         );
-        assert!(climbed(&points, spacing, spacing) > Some(1));
+        assert_eq!(climbed(&points, spacing, spacing), Some(3));
     }
 
     #[test]

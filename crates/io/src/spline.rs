@@ -129,10 +129,12 @@ impl SplineFile {
                 return Some(format!("{name} spans no cell: its interval is from {from} to {to}"));
             }
         }
-        match self.coefficients.indexed_iter().find(|(_, c)| !c.is_finite()) {
-            Some((index, c)) => Some(format!("coefficient {:?} is {c}", index.slice())),
-            None => spline_level::problem(&self.levels, p, self.coefficients.shape()),
+        // Iterating without indices is many times faster.
+        if self.coefficients.iter().all(|c| c.is_finite()) {
+            return spline_level::problem(&self.levels, p, self.coefficients.shape());
         }
+        let (index, c) = self.coefficients.indexed_iter().find(|(_, c)| !c.is_finite())?;
+        Some(format!("coefficient {:?} is {c}", index.slice()))
     }
 }
 

@@ -121,7 +121,10 @@ impl LevelOptions {
     /// comes before.
     pub(crate) fn lengths(&self, first: f64, coarse: f64) -> Vec<f64> {
         let smallest = self.smallest_smoothing_length.max(coarse.min(first));
-        let length = |step: usize| Some(self.after(first, step)).filter(|l| *l > NEARLY * smallest).unwrap_or(smallest);
+        let length = |step: usize| {
+            let length = self.after(first, step);
+            if length > NEARLY * smallest { length } else { smallest }
+        };
         let useful = |step: &usize| *step == 0 || self.decay == 1.0 || length(step - 1) > smallest;
         (0..self.steps).take_while(useful).map(length).collect()
     }
