@@ -59,9 +59,9 @@ pub struct Options {
     pub sub_problem: SubProblem,
     /// Preconditioner of Steihaug's method.
     pub preconditioner: Preconditioner,
-    /// Largest number of coefficients for which [`Preconditioner::Automatic`] factors; by default 5 000 in 3D and
-    /// 50 000 in 2D.
-    pub direct_limit: Option<usize>,
+    /// Largest number of coefficients for which [`Preconditioner::Automatic`] factors: with more, factors take longer than products
+    /// with the operator, and much memory, and the result is the same to a few digits.
+    pub direct_limit: usize,
     /// Most conjugate-gradient steps per sub-problem: truncation regularises too. At least 1.
     pub most_cg_steps: usize,
     /// Conjugate gradients end when the gradient of the model has fallen by this factor. In [0, 1).
@@ -178,7 +178,7 @@ impl Default for Options {
             normalisation: Normalisation::MeanGradient,
             sub_problem: SubProblem::Steihaug,
             preconditioner: Preconditioner::Automatic,
-            direct_limit: None,
+            direct_limit: 2_000,
             most_cg_steps: 12,
             cg_tolerance: 1e-3,
             radius: None,

@@ -40,9 +40,10 @@ pub(crate) enum Inverse {
 impl<const D: usize> Kind<D> {
     pub(crate) fn choose(model_energy: &zeroset_bspline::DerivativeEnergy<D>, options: &Options) -> Self {
         let unknowns: usize = model_energy.shape().iter().product();
-        let limit = options.direct_limit.unwrap_or(if D == 2 { 50_000 } else { 5_000 });
         match options.preconditioner {
-            Preconditioner::Automatic if unknowns <= limit => Self::Cholesky(NormalEquations::new(model_energy)),
+            Preconditioner::Automatic if unknowns <= options.direct_limit => {
+                Self::Cholesky(NormalEquations::new(model_energy))
+            }
             Preconditioner::Cholesky => Self::Cholesky(NormalEquations::new(model_energy)),
             Preconditioner::Automatic | Preconditioner::Chebyshev => Self::Chebyshev(model_energy.diagonal()),
             Preconditioner::Jacobi => Self::Jacobi(model_energy.diagonal()),
