@@ -90,7 +90,7 @@ pub fn fill_holes<const D: usize>(
     if unknowns(&knots) > MOST {
         return Ok(Filling::NoHoles);
     }
-    if !memory.has_room_to_factor(unknowns(&knots)) {
+    if !memory.has_room_to_factor::<D>(unknowns(&knots), 3) {
         return Ok(Filling::NoRoom);
     }
 
