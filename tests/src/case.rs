@@ -63,6 +63,7 @@ impl Case {
         if options.topology == Topology::Paper {
             // Its matrix is factored time and again: half a minute where a margin makes the lattice larger.
             options.margin = None;
+            options.resolution = Some(8 + random.below(3));
         }
         Self { name: format!("{shape:?}: {count} points{what}"), cloud: Cloud::Three(points), options }
     }

@@ -43,6 +43,11 @@ pub enum Violation {
     Failed(String),
 }
 
+/// Threads of the two executions of a case.
+const THREADS: [usize; 2] = [1, 3];
+/// How many these are.
+pub const EXECUTIONS: f64 = THREADS.len() as f64;
+
 /// Runs a case with one thread and with three, and looks at what comes out; it hangs if it is not done within `limit`. The runs
 /// themselves take a fraction of a second, or a few at worst, but share a busy machine with others.
 ///
@@ -51,7 +56,7 @@ pub enum Violation {
 pub fn soak(case: &Case, limit: Duration) -> Result<Outcome, Violation> {
     let case = case.clone();
     within(limit, move || {
-        let [one, other] = [1, 3].map(|threads| {
+        let [one, other] = THREADS.map(|threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
             pool.map(|pool| pool.install(|| run(&case)))
                 .unwrap_or_else(|error| Err(Violation::Failed(format!("{threads} threads cannot be had: {error}"))))

@@ -8,11 +8,9 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Result, bail};
 use clap::Args;
-use zeroset_tests::{Case, soak};
+use zeroset_tests::{Case, EXECUTIONS, soak};
 
-/// Slower runs than this are named: they should take a third of a second.
-const SLOW: Duration = Duration::from_secs(3);
-/// So many of them at most.
+/// So many of the slowest are named.
 const SLOWEST: usize = 5;
 
 /// What `soak` is told.
@@ -37,7 +35,8 @@ pub struct Arguments {
 struct Tally {
     outcomes: BTreeMap<String, u64>,
     violations: Vec<(u64, String)>,
-    slow: Vec<(Duration, u64, String)>,
+    /// How long each took, its seed and its name.
+    times: Vec<(Duration, u64, String)>,
 }
 
 /// Makes the runs, says what came of them, and fails if anything happened that must not.
@@ -70,9 +69,14 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     for (outcome, count) in &tally.outcomes {
         println!("{count:8} {outcome}");
     }
-    tally.slow.sort_by_key(|(time, ..)| std::cmp::Reverse(*time));
-    for (time, seed, name) in tally.slow.iter().take(SLOWEST) {
-        println!("slow: seed {seed} took {:.1} s: {name}", time.as_secs_f64());
+    tally.times.sort_by_key(|(time, ..)| std::cmp::Reverse(*time));
+    let each = |time: Duration| time.as_secs_f64() / EXECUTIONS;
+    let slowest =
+        |share: f64| tally.times.get((share * tally.times.len() as f64) as usize).map_or(0.0, |(time, ..)| each(*time));
+    let mean = each(tally.times.iter().map(|(time, ..)| *time).sum()) / tally.times.len().max(1) as f64;
+    println!("each execution: mean {mean:.2} s, median {:.2} s, one in ten above {:.2} s", slowest(0.5), slowest(0.1));
+    for (time, seed, name) in tally.times.iter().take(SLOWEST) {
+        println!("seed {seed} took {:.1} s: {name}", each(*time));
     }
     if !tally.violations.is_empty() {
         tally.violations.sort();
@@ -100,7 +104,5 @@ fn one(seed: u64, limit: Duration, tally: &Mutex<Tally>) {
         }
     };
     *tally.outcomes.entry(outcome).or_default() += 1;
-    if time > SLOW {
-        tally.slow.push((time, seed, case.name));
-    }
+    tally.times.push((time, seed, case.name));
 }
