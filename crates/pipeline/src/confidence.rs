@@ -14,7 +14,7 @@ use crate::domain::{Nodes, flat_index};
 use crate::error::ReconstructError;
 use crate::frame::Frame;
 use crate::reconstruct::Reconstruction;
-use crate::spacing::{Spacing, distances_to};
+use crate::spacing::distances_to;
 
 /// Up to this difference of W there is no doubt: its mean is 0.05 to 0.2 for right sides.
 const USUAL: f64 = 0.2;
@@ -97,7 +97,7 @@ impl<const D: usize> Reconstruction<D> {
     /// As [`Reconstruction::confidence`], for places in the frame.
     pub(crate) fn confidence_in_frame(&self, places: &[[f64; D]]) -> Result<Vec<f64>, ReconstructError> {
         let fitted = self.fitted();
-        let spacing = Spacing::of(&fitted);
+        let spacing = &self.spacing;
         let gradients = self.evaluate_for_normals(&fitted).gradients;
         let area = 1.0 / (self.report.trust.judgement.calibration * spacing.density);
         let areas: Vec<f64> = spacing.areas.iter().map(|share| area * share).collect();

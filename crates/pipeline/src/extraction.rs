@@ -10,7 +10,7 @@ use zeroset_isosurface::{self as isosurface, CurveTopology, Curves, Topology, Tr
 use crate::error::ReconstructError;
 use crate::reconstruct::Reconstruction;
 use crate::report::{ExtractionReport, StageFigures, StageReport};
-use crate::spacing::{Spacing, distances_to};
+use crate::spacing::distances_to;
 use crate::support::{Nearest, Support};
 use crate::trust::shape_name;
 
@@ -40,8 +40,7 @@ pub fn extract_surface(reconstruction: &mut Reconstruction<3>) -> Result<(TriMes
     let halvings = marching_halvings(reconstruction);
     let (mut mesh, found) = isosurface::surface_of(&reconstruction.spline, halvings, &Default::default())?;
     let points = reconstruction.fitted();
-    let spacing = Spacing::of(&points);
-    let support = Support::new(&points, &spacing);
+    let support = Support::new(&points, &reconstruction.spacing);
     if reconstruction.open {
         let mut lack = support.lack(&mesh.vertices);
         let [speck, hole] = support.smallest();
@@ -57,7 +56,7 @@ pub fn extract_surface(reconstruction: &mut Reconstruction<3>) -> Result<(TriMes
         let remote = TriMesh { vertices: mesh.vertices.clone(), normals: Vec::new(), triangles: part }.area();
         [remote, mesh.area()]
     });
-    let uncovered = uncovered(&points, &mesh.vertices, &nearest, 2.0 * spacing.typical);
+    let uncovered = uncovered(&points, &mesh.vertices, &nearest, 2.0 * reconstruction.spacing.typical);
     match_cells(&reconstruction.spline, reconstruction.domain.spacing(reconstruction.halvings + halvings), &mut mesh);
     let frame = reconstruction.frame;
     for vertex in &mut mesh.vertices {
@@ -108,8 +107,7 @@ pub fn extract_curve(reconstruction: &mut Reconstruction<2>) -> Result<(Curves, 
     let halvings = marching_halvings(reconstruction);
     let (mut curves, found) = isosurface::curve_of(&reconstruction.spline, halvings, &Default::default())?;
     let points = reconstruction.fitted();
-    let spacing = Spacing::of(&points);
-    let support = Support::new(&points, &spacing);
+    let support = Support::new(&points, &reconstruction.spacing);
     if reconstruction.open {
         let lack: Vec<Vec<f64>> = curves.loops.iter().map(|cycle| support.lack(cycle)).collect();
         let [speck, hole] = support.smallest();
@@ -134,7 +132,7 @@ pub fn extract_curve(reconstruction: &mut Reconstruction<2>) -> Result<(Curves, 
         }
         sums
     });
-    let uncovered = uncovered(&points, &all, &nearest, 2.0 * spacing.typical);
+    let uncovered = uncovered(&points, &all, &nearest, 2.0 * reconstruction.spacing.typical);
     for vertex in curves.loops.iter_mut().chain(&mut curves.paths).flatten() {
         *vertex = reconstruction.frame.to_data(vertex);
     }

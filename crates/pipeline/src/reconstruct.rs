@@ -41,6 +41,8 @@ pub struct Reconstruction<const D: usize> {
     pub points: Vec<[f64; D]>,
     /// Which of them lie on no part of the surface, and were not fitted.
     pub outliers: Vec<bool>,
+    /// How far apart the fitted ones are.
+    pub spacing: Spacing,
     /// The box and its lattices.
     pub domain: Domain<D>,
     /// How often the coarse lattice's cells were halved for the final one.
@@ -336,6 +338,7 @@ pub(crate) fn road<const D: usize>(
         frame,
         points: distinct,
         outliers,
+        spacing: fitted_spacing,
         domain,
         halvings,
         guide,

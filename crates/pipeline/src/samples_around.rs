@@ -46,6 +46,10 @@ impl SamplesAround {
         let nearest = places
             .par_iter()
             .map(|place| {
+                if wanted == NonZero::<usize>::MIN {
+                    let found = tree.query(place).nearest_one::<SquaredEuclidean<f64>>().execute();
+                    return vec![(first[found.item as usize], found.distance.sqrt())];
+                }
                 let found = tree.query(place).nearest_n::<SquaredEuclidean<f64>>(wanted).execute();
                 let mut found: Vec<(usize, f64)> =
                     found.iter().map(|n| (first[n.item as usize], n.distance.sqrt())).collect();

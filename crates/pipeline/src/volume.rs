@@ -3,7 +3,7 @@
 use std::cmp::Ordering;
 use std::num::NonZero;
 
-use kiddo::SquaredEuclidean;
+use kiddo::{ImmutableKdTree, SquaredEuclidean};
 use rayon::prelude::*;
 
 use crate::kd_tree::tree_of;
@@ -31,34 +31,56 @@ pub fn fill_volume<const D: usize>(points: &[[f64; D]]) -> bool {
     if points.len() < ENOUGH[space] {
         return false;
     }
-    let [few, many] = median_roundness(points);
-    few > ROUND[space][0] && many > ROUND[space][1]
+    let roundness = MedianRoundness::of(points);
+    // Nearly all surfaces are told by few neighbours, which takes much less time than many.
+    roundness.among_few() > ROUND[space][0] && roundness.among_many() > ROUND[space][1]
 }
 
-fn median_roundness<const D: usize>(points: &[[f64; D]]) -> [f64; 2] {
-    let tree = tree_of(points);
-    // Whatever the order of the points.
-    let mut sorted: Vec<&[f64; D]> = points.iter().collect();
-    sorted.par_sort_unstable_by(|a, b| a.partial_cmp(b).unwrap_or(Ordering::Equal));
-    let asked: Vec<&[f64; D]> = sorted.into_iter().step_by(points.len().div_ceil(ASKED)).collect();
-    [FEW, MANY.min(points.len() / SHARE).max(FEW)].map(|count| {
+/// The roundness of the neighbourhoods of some points, in the median.
+struct MedianRoundness<'a, const D: usize> {
+    points: &'a [[f64; D]],
+    tree: ImmutableKdTree<f64, D>,
+    asked: Vec<&'a [f64; D]>,
+}
+
+impl<'a, const D: usize> MedianRoundness<'a, D> {
+    fn of(points: &'a [[f64; D]]) -> Self {
+        // Whatever the order of the points.
+        let mut sorted: Vec<&[f64; D]> = points.iter().collect();
+        sorted.par_sort_unstable_by(|a, b| a.partial_cmp(b).unwrap_or(Ordering::Equal));
+        let asked = sorted.into_iter().step_by(points.len().div_ceil(ASKED)).collect();
+        Self { points, tree: tree_of(points), asked }
+    }
+
+    fn among_few(&self) -> f64 {
+        self.among(FEW)
+    }
+
+    fn among_many(&self) -> f64 {
+        self.among(MANY.min(self.points.len() / SHARE).max(FEW))
+    }
+
+    fn among(&self, count: usize) -> f64 {
         let wanted = NonZero::<usize>::MIN.saturating_add(count);
-        let mut found: Vec<f64> = asked
-            .par_iter()
-            .map(|point| {
-                let nearest = tree.query(point).nearest_n::<SquaredEuclidean<f64>>(wanted).execute();
-                let indices: Vec<usize> = nearest.iter().map(|n| n.item as usize).collect();
-                roundness(points, &indices)
-            })
-            .collect();
+        let of = |point: &&[f64; D]| {
+            let nearest = self.tree.query(point).nearest_n::<SquaredEuclidean<f64>>(wanted).execute();
+            let indices: Vec<usize> = nearest.iter().map(|n| n.item as usize).collect();
+            roundness(self.points, &indices)
+        };
+        let mut found: Vec<f64> = self.asked.par_iter().map(of).collect();
         found.sort_by(f64::total_cmp);
         found[found.len() / 2]
-    })
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn roundness_of<const D: usize>(points: &[[f64; D]]) -> [f64; 2] {
+        let roundness = MedianRoundness::of(points);
+        [roundness.among_few(), roundness.among_many()]
+    }
 
     /// Numbers between 0 and 1 without order: the last bits of a multiplication (Knuth's multiplier), folded twice.
     fn any(i: u32, axis: u32) -> f64 {
@@ -83,20 +105,20 @@ mod tests {
             let box_: Vec<[f64; 3]> = (0..count).map(|i| [0, 1, 2].map(|axis| any(i, axis))).collect();
             let ball: Vec<[f64; 3]> =
                 box_.iter().copied().filter(|p| p.iter().map(|x| (x - 0.5).powi(2)).sum::<f64>() < 0.25).collect();
-            assert!(fill_volume(&box_), "{:?}", median_roundness(&box_));
-            assert!(fill_volume(&ball) || ball.len() < 300, "{:?}", median_roundness(&ball));
+            assert!(fill_volume(&box_), "{:?}", roundness_of(&box_));
+            assert!(fill_volume(&ball) || ball.len() < 300, "{:?}", roundness_of(&ball));
             let square: Vec<[f64; 2]> = (0..count).map(|i| [any(i, 0), any(i, 1)]).collect();
-            assert!(fill_volume(&square), "{:?}", median_roundness(&square));
+            assert!(fill_volume(&square), "{:?}", roundness_of(&square));
             // The area is 4π² · 0.4.
             let spacing = (15.8 / f64::from(count)).sqrt();
             for noise in [0.0, 0.3 * spacing] {
                 let torus = torus(count, noise);
-                assert!(!fill_volume(&torus), "{count} {noise}: {:?}", median_roundness(&torus));
+                assert!(!fill_volume(&torus), "{count} {noise}: {:?}", roundness_of(&torus));
             }
         }
         // Noise as large as the spacing.
         let noisy = torus(5000, (15.8_f64 / 5000.0).sqrt());
-        assert!(!fill_volume(&noisy), "{:?}", median_roundness(&noisy));
+        assert!(!fill_volume(&noisy), "{:?}", roundness_of(&noisy));
     }
 
     #[test]
@@ -105,6 +127,6 @@ mod tests {
             .map(|i| (0.0209 * f64::from(i), 1.0 + 0.03 * (any(i, 0) - 0.5)))
             .map(|(t, r)| [r * t.cos(), r * t.sin()])
             .collect();
-        assert!(!fill_volume(&curve), "{:?}", median_roundness(&curve));
+        assert!(!fill_volume(&curve), "{:?}", roundness_of(&curve));
     }
 }
