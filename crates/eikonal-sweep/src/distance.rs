@@ -160,6 +160,7 @@ pub fn distance<const D: usize>(
             (squared.into_iter().map(to_frame).collect(), Some(nearest), None)
         }
     };
+    debug_assert!(values.iter().all(|d| d.is_finite() && *d >= 0.0), "every node is reached");
     let shape = lattice.shape();
     let report = Report {
         sweeps: swept.as_ref().map_or(0, |swept| swept.sweeps),

@@ -60,6 +60,7 @@ impl<const D: usize> Winding<'_, D> {
                 values[place as usize] = value;
             }
         }
+        debug_assert!(values.iter().all(|w| w.is_finite()), "squared distances are kept from vanishing");
         Ok(values)
     }
 
