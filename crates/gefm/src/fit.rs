@@ -132,6 +132,9 @@ pub(crate) fn normalise<const D: usize>(
 
 #[cfg(test)]
 mod tests {
+    use proptest::collection::vec;
+    use proptest::prelude::*;
+
     use super::*;
 
     fn outline(count: usize, radius: impl Fn(f64) -> f64) -> Vec<[f64; 2]> {
@@ -191,25 +194,41 @@ mod tests {
         assert!((mean - 1.0).abs() < 1e-12, "rounding only");
     }
 
-    #[test]
-    fn the_eigenpair_solves_the_dense_problem() {
-        // λ is the minimum of the Rayleigh quotient: no other vector does better, and the residual of (10) vanishes.
-        let points = outline(80, |_| 0.4);
-        let knots = lattice(0.6, 6);
-        let collocation = Collocation::new(&knots, &points).unwrap();
-        let equations = NormalEquations::new(&DerivativeEnergy::thin_plate(&knots).unwrap());
-        let areas = [1.0; 80];
-        let tight = EigenvectorOptions { tolerance: 1e-12, most_iterations: 1, ..Default::default() };
-        let (f, _, report) = eigenvector_fit(&collocation, &equations, &areas, 1e-3, &tight).unwrap();
-        let a = equations.weighted(&collocation, &areas, 1e-3).unwrap();
-        let mut b = vec![0.0; f.len()];
-        collocation.add_gradients_transposed(&collocation.gradients(&f), &mut b);
-        let lambda = report.iterations[0].lambda;
-        let residual: Vec<f64> = a.apply(&f).iter().zip(&b).map(|(a, b)| a - lambda * b).collect();
-        let size = a.apply(&f).iter().map(|v| v.abs()).fold(0.0, f64::max);
-        // Lanczos to 1e-12 in the A norms, times the root of the condition number, about 1e3 here.
-        assert!(residual.iter().all(|r| r.abs() < 1e-8 * size));
-        assert!((dot(&f, &b) - 80.0).abs() < 1e-10, "fᵀBf = N, rounding");
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(32))]
+        #[test]
+        fn the_eigenpair_solves_the_dense_problem(
+            points in vec([-0.55..0.55f64, -0.55..0.55], 3..120),
+            areas in vec(0.1..2.0f64, 120),
+            length in 0.02..0.3f64,
+        ) {
+            // λ is the minimum of the Rayleigh quotient: no other vector does better, and the residual of (10) vanishes.
+            let knots = lattice(0.6, 6);
+            let collocation = Collocation::new(&knots, &points).unwrap();
+            let equations = NormalEquations::new(&DerivativeEnergy::thin_plate(&knots).unwrap());
+            let areas = &areas[..points.len()];
+            let weight = length.powi(4);
+            let tight = EigenvectorOptions { tolerance: 1e-12, most_iterations: 1, ..Default::default() };
+            let (f, _, report) = eigenvector_fit(&collocation, &equations, areas, weight, &tight).unwrap();
+            let a = equations.weighted(&collocation, areas, weight).unwrap();
+            let gradient_gram = |f: &[f64]| {
+                let mut gradients = collocation.gradients(f);
+                gradients.iter_mut().zip(areas).for_each(|(g, area)| *g = g.map(|g| area * g));
+                let mut b = vec![0.0; f.len()];
+                collocation.add_gradients_transposed(&gradients, &mut b);
+                b
+            };
+            let b = gradient_gram(&f);
+            let lambda = report.iterations[0].lambda;
+            let residual: Vec<f64> = a.apply(&f).iter().zip(&b).map(|(a, b)| a - lambda * b).collect();
+            let size = a.apply(&f).iter().map(|v| v.abs()).fold(0.0, f64::max);
+            // Lanczos to 1e-12 in the A norms, times the root of the condition number, about 1e4 here.
+            prop_assert!(residual.iter().all(|r| r.abs() < 1e-8 * size));
+            for nudge in 0..f.len() {
+                let other: Vec<f64> = f.iter().enumerate().map(|(k, f)| f + if k == nudge { 0.1 } else { 0.0 }).collect();
+                prop_assert!(dot(&other, &a.apply(&other)) >= lambda * dot(&other, &gradient_gram(&other)) * (1.0 - 1e-9));
+            }
+        }
     }
 
     #[test]

@@ -175,21 +175,7 @@ fn samples_that_do_not_fit_are_refused() {
 /// nodes, edges, squares and cubes of a lattice `fine` times finer that lie inside with all their corners.
 fn sampled_euler(values: &[f64], n: usize, fine: usize) -> i64 {
     let m = (n - 1) * fine + 1;
-    let at = |i: usize, j: usize, k: usize| {
-        let split = |i: usize| {
-            let cell = (i / fine).min(n - 2);
-            (cell, (i - cell * fine) as f64 / fine as f64)
-        };
-        let ((a, u), (b, v), (c, w)) = (split(i), split(j), split(k));
-        let mut sum = 0.0;
-        for corner in 0..8 {
-            let pick = |bit: usize, t: f64| if corner >> bit & 1 == 1 { t } else { 1.0 - t };
-            let node = ((a + (corner & 1)) * n + b + (corner >> 1 & 1)) * n + c + (corner >> 2);
-            sum += pick(0, u) * pick(1, v) * pick(2, w) * values[node];
-        }
-        sum < 0.0
-    };
-    let inside: Vec<bool> = (0..m * m * m).map(|f| at(f / (m * m), f / m % m, f % m)).collect();
+    let inside: Vec<bool> = refined(values, n, fine).into_iter().map(|value| value < 0.0).collect();
     let mut euler = 0;
     for i in 0..m {
         for j in 0..m {
@@ -233,6 +219,25 @@ fn mesh_of(values: &[f64], inner: usize) -> Option<(TriMesh, Report)> {
     surface(&samples, none, &Options::default()).ok()
 }
 
+/// The trilinear interpolant of values on a cube of `n` nodes a side, on the nodes of cells `parts` times smaller.
+fn refined(values: &[f64], n: usize, parts: usize) -> Vec<f64> {
+    let m = (n - 1) * parts + 1;
+    let split = |i: usize| {
+        let cell = (i / parts).min(n - 2);
+        (cell, (i - cell * parts) as f64 / parts as f64)
+    };
+    (0..m * m * m)
+        .map(|f| [split(f / (m * m)), split(f / m % m), split(f % m)])
+        .map(|[(a, u), (b, v), (c, w)]| {
+            let pick = |bit: usize, t: f64| if bit == 1 { t } else { 1.0 - t };
+            let corner = |[i, j, k]: [usize; 3]| {
+                pick(i, u) * pick(j, v) * pick(k, w) * values[((a + i) * n + b + j) * n + c + k]
+            };
+            (0..8).map(|corners| corner([corners & 1, corners >> 1 & 1, corners >> 2])).sum()
+        })
+        .collect()
+}
+
 /// Numbers in [−1, 1).
 fn random() -> impl FnMut() -> f64 {
     let mut state = 7u64;
@@ -250,6 +255,19 @@ proptest! {
         prop_assert!(topology.closed, "{topology:?}");
         prop_assert!(mesh.enclosed_volume() > 0.0);
         prop_assert_eq!(report.unclear, 0);
+    }
+
+    #[test]
+    fn refinement_changes_neither_euler_number_nor_components(
+        values in proptest::collection::vec(-1.0..1.0f64, 64),
+        parts in 2usize..=3,
+    ) {
+        let Some((coarse, _)) = mesh_of(&values, 4) else { return Ok(()) };
+        let (fine, _) = mesh_of(&refined(&values, 4, parts), 3 * parts + 1).unwrap();
+        let (coarse, fine) = (coarse.topology(), fine.topology());
+        prop_assert!(fine.closed);
+        prop_assert_eq!(coarse.euler_characteristic, fine.euler_characteristic);
+        prop_assert_eq!(coarse.components, fine.components);
     }
 
     #[test]
