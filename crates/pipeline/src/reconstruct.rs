@@ -72,8 +72,9 @@ const ROUNDS: usize = 4;
 const MANY_ISOLATED: f64 = 0.005;
 /// If a larger share of the points are isolated, they are the shape.
 const MOST_ISOLATED: f64 = 0.25;
-/// The dense lattice in the plane has no more cells along the longest side than so many times the number of points.
-const MOST_CELLS: usize = 4;
+/// The dense lattice in the plane has no more cells along the longest side than so many times the number of points, or than so many.
+const MOST_CELLS: usize = 2;
+const CHEAP_CELLS: usize = 128;
 /// In space it has no more cubic coefficients than so many times that.
 const MOST_COEFFICIENTS: f64 = 1200.0;
 /// The finest lattice of the topology stage, in halvings of the coarsest.
@@ -465,7 +466,7 @@ fn lattices<const D: usize>(frame: &Frame<D>, spacing: &Spacing, margin: f64, op
             // Round a closed curve of evenly spaced points less than one cell of their spacing per point fits along a side; in
             // clusters far apart millions would. In space evenly spaced points want some hundred coefficients each.
             let few = match D {
-                2 => (MOST_CELLS * spacing.local.len() / coarse).max(2).ilog2(),
+                2 => ((MOST_CELLS * spacing.local.len()).max(CHEAP_CELLS) / coarse).max(2).ilog2(),
                 _ if domain.coefficients(3, most) > MOST_COEFFICIENTS * spacing.local.len() as f64 => most - 1,
                 _ => most,
             };
