@@ -60,6 +60,9 @@ impl Case {
         // By itself, or from 16 cells on, a run takes a second and more.
         let resolution = if random.one_in(40) { None } else { Some(8 + random.below(8)) };
         let mut options = options(resolution, random);
+        if options.degree != 3 {
+            options.resolution = options.resolution.or(Some(16));
+        }
         if options.topology == Topology::Paper {
             // Its matrix is factored time and again: half a minute where a margin makes the lattice larger.
             options.margin = None;

@@ -230,6 +230,24 @@ impl KnotVector {
         Self { degree: self.degree, knots, spacing }
     }
 
+    /// The knot vector that this one is the [halved](Self::halved) one of, but for rounding; none if there is none: for an odd
+    /// number of cells, one cell, or cells of which two neighbours do not make one.
+    pub fn doubled(&self) -> Option<Self> {
+        let (start, end) = self.domain();
+        let inner = &self.knots[self.degree..=self.basis_count()];
+        let is_middle = |knots: &[f64]| {
+            let tolerance = 4.0 * f64::EPSILON * knots[0].abs().max(knots[2].abs());
+            knots[0] < knots[1] && knots[1] < knots[2] && (0.5 * (knots[0] + knots[2]) - knots[1]).abs() <= tolerance
+        };
+        if inner.len() < 5 || inner.len().is_multiple_of(2) || !inner.windows(3).step_by(2).all(is_middle) {
+            return None;
+        }
+        let mut knots: Vec<f64> = self.knots[..self.degree].iter().map(|t| start - 2.0 * (start - t)).collect();
+        knots.extend(inner.iter().step_by(2));
+        knots.extend(self.knots[self.basis_count() + 1..].iter().map(|t| end + 2.0 * (t - end)));
+        Self::new(self.degree, knots).ok()
+    }
+
     /// The knot vector in other units: every knot becomes `scale · ξ + shift`.
     ///
     /// # Errors
@@ -273,6 +291,23 @@ mod tests {
         assert_eq!(uniform.halved(), KnotVector::uniform(3, -0.75, 0.125, 12).unwrap());
         let clamped = KnotVector::clamped(3, &[0.0, 1.0, 3.0]).unwrap();
         assert_eq!(clamped.halved(), KnotVector::clamped(3, &[0.0, 0.5, 1.0, 2.0, 3.0]).unwrap());
+    }
+
+    #[test]
+    fn doubling_undoes_halving() {
+        for knots in [
+            KnotVector::uniform(3, -0.75, 0.25, 5).unwrap(),
+            KnotVector::uniform(2, 0.1, 0.1, 2).unwrap(),
+            KnotVector::clamped(3, &[0.0, 1.0, 3.0]).unwrap(),
+        ] {
+            let doubled = knots.halved().doubled().unwrap();
+            // Rounding only.
+            let is_near = |(a, b): (&f64, &f64)| (a - b).abs() < 1e-15;
+            assert!(doubled.knots().iter().zip(knots.knots()).all(is_near) && doubled.degree() == knots.degree());
+        }
+        assert_eq!(KnotVector::uniform(3, 0.0, 1.0, 5).unwrap().doubled(), None, "five cells");
+        assert_eq!(KnotVector::uniform(3, 0.0, 1.0, 2).unwrap().doubled(), None, "one cell has no parts to tell");
+        assert_eq!(KnotVector::clamped(3, &[0.0, 1.0, 3.0, 4.0, 5.0]).unwrap().doubled(), None, "halves differ");
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 use zeroset_bspline::{CollocationError, EnergyError, SplineError};
-use zeroset_multigrid::{AssemblyError, FactorError};
+use zeroset_multigrid::{AssemblyError, FactorError, MultigridError};
 
 /// Why a refinement failed.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -93,6 +93,9 @@ pub enum Error {
     /// The normal matrix could not be factored.
     #[error(transparent)]
     Factor(#[from] FactorError),
+    /// The V-cycle could not be set up.
+    #[error(transparent)]
+    Multigrid(#[from] MultigridError),
     /// The result is not a valid spline.
     #[error(transparent)]
     Spline(#[from] SplineError),

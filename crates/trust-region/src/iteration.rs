@@ -2,6 +2,8 @@
 
 use std::ops::ControlFlow;
 
+use zeroset_bspline::KnotVector;
+
 use crate::error::Error;
 use crate::more_sorensen::more_sorensen;
 use crate::objective::{Current, Objective};
@@ -65,6 +67,7 @@ pub(crate) struct Run<'a, const D: usize> {
 
 impl<'a, const D: usize> Run<'a, D> {
     pub(crate) fn new(
+        knots: &[KnotVector; D],
         objective: &'a Objective<D>,
         options: &'a Options,
         share: f64,
@@ -77,7 +80,7 @@ impl<'a, const D: usize> Run<'a, D> {
             options,
             share,
             kind: match options.sub_problem {
-                SubProblem::Steihaug => Kind::choose(&objective.energy, options),
+                SubProblem::Steihaug => Kind::choose(knots, objective, options),
                 SubProblem::Exact => Kind::None,
             },
             held_out_best: None,
@@ -154,7 +157,12 @@ impl<'a, const D: usize> Run<'a, D> {
         }
     }
 
-    fn solve(&self, model: &QuadraticModel<'_, D>, inverse: &Inverse, complement: &Complement) -> Result<Step, Error> {
+    fn solve(
+        &self,
+        model: &QuadraticModel<'_, D>,
+        inverse: &Inverse<D>,
+        complement: &Complement,
+    ) -> Result<Step, Error> {
         match self.options.sub_problem {
             SubProblem::Exact => more_sorensen(|g| model.apply(g), &model.gradient, &model.normal, self.radius),
             SubProblem::Steihaug => Ok(steihaug(

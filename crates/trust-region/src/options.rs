@@ -20,10 +20,14 @@ pub enum Normalisation {
 /// What speeds up the conjugate gradients. The trust region is a ball in the preconditioner's norm `√(gᵀPg)`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Preconditioner {
-    /// [`Preconditioner::Cholesky`] up to [`Options::direct_limit`] coefficients, [`Preconditioner::Chebyshev`] above.
+    /// [`Preconditioner::Cholesky`] up to [`Options::direct_limit`] coefficients; above, [`Preconditioner::Multigrid`], or with
+    /// [`Options::stiffness`] [`Preconditioner::Chebyshev`].
     Automatic,
     /// `JᵀJ + wH`, assembled and factored: its norm is that of the model itself.
     Cholesky,
+    /// A V-cycle for `Σ aᵢ qᵢqᵢᵀ/‖∇f(Pᵢ)‖² + wH`, where halving the cells of a lattice of at most [`Options::direct_limit`] coefficients leads
+    /// to the knots; otherwise [`Preconditioner::Chebyshev`].
+    Multigrid,
     /// A Chebyshev polynomial of three terms in the operator scaled by its diagonal.
     Chebyshev,
     /// The diagonal of the operator.
@@ -59,8 +63,9 @@ pub struct Options {
     pub sub_problem: SubProblem,
     /// Preconditioner of Steihaug's method.
     pub preconditioner: Preconditioner,
-    /// Largest number of coefficients for which [`Preconditioner::Automatic`] factors: with more, factors take longer than products
-    /// with the operator, and much memory, and the result is the same to a few digits.
+    /// Largest number of coefficients for which [`Preconditioner::Automatic`] and the coarsest lattice of [`Preconditioner::Multigrid`] are
+    /// factored: with more, factors take longer than products with the operator, and much memory, and the result is the same to a few
+    /// digits.
     pub direct_limit: usize,
     /// Most conjugate-gradient steps per sub-problem: truncation regularises too. At least 1.
     pub most_cg_steps: usize,

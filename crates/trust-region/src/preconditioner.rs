@@ -1,8 +1,10 @@
 //! Approximate inverses of the model's matrix.
 
-use zeroset_multigrid::{Factor, NormalEquations};
+use zeroset_bspline::KnotVector;
+use zeroset_multigrid::{Factor, Multigrid, NormalEquations};
 
 use crate::error::Error;
+use crate::objective::Objective;
 use crate::options::{Options, Preconditioner};
 use crate::quadratic_model::QuadraticModel;
 use crate::rows::dot;
@@ -21,6 +23,12 @@ const POWER_MARGIN: f64 = 1.2;
 #[derive(Debug)]
 pub(crate) enum Kind<const D: usize> {
     Cholesky(NormalEquations<D>),
+    /// The lattices that lead to that of the unknowns, and the points.
+    Multigrid {
+        coarse: [KnotVector; D],
+        halvings: u32,
+        points: Vec<[f64; D]>,
+    },
     /// Diagonal of `H`.
     Chebyshev(Vec<f64>),
     /// Diagonal of `H`.
@@ -30,30 +38,43 @@ pub(crate) enum Kind<const D: usize> {
 
 /// `P⁻¹` for one model.
 #[derive(Debug)]
-pub(crate) enum Inverse {
+pub(crate) enum Inverse<const D: usize> {
     Cholesky(Factor),
+    Multigrid(Multigrid<D>),
     Chebyshev { inverse_diagonal: Vec<f64>, largest: f64 },
     Jacobi { inverse_diagonal: Vec<f64> },
     None,
 }
 
 impl<const D: usize> Kind<D> {
-    pub(crate) fn choose(model_energy: &zeroset_bspline::DerivativeEnergy<D>, options: &Options) -> Self {
-        let unknowns: usize = model_energy.shape().iter().product();
+    pub(crate) fn choose(knots: &[KnotVector; D], objective: &Objective<D>, options: &Options) -> Self {
+        let energy = &objective.energy;
+        let small = |knots: &[KnotVector; D]| count(knots) <= options.direct_limit;
+        let nested = || {
+            let (coarse, halvings) = coarsest(knots, options.direct_limit);
+            let points = objective.fitted.points.clone();
+            small(&coarse).then_some(Self::Multigrid { coarse, halvings, points })
+        };
+        let polynomial = || Self::Chebyshev(energy.diagonal());
         match options.preconditioner {
-            Preconditioner::Automatic if unknowns <= options.direct_limit => {
-                Self::Cholesky(NormalEquations::new(model_energy))
-            }
-            Preconditioner::Cholesky => Self::Cholesky(NormalEquations::new(model_energy)),
-            Preconditioner::Automatic | Preconditioner::Chebyshev => Self::Chebyshev(model_energy.diagonal()),
-            Preconditioner::Jacobi => Self::Jacobi(model_energy.diagonal()),
+            Preconditioner::Automatic if small(knots) => Self::Cholesky(NormalEquations::new(energy)),
+            // The V-cycle knows nothing of springs.
+            Preconditioner::Automatic if !options.stiffness.is_empty() => polynomial(),
+            Preconditioner::Cholesky => Self::Cholesky(NormalEquations::new(energy)),
+            Preconditioner::Automatic | Preconditioner::Multigrid => nested().unwrap_or_else(polynomial),
+            Preconditioner::Chebyshev => polynomial(),
+            Preconditioner::Jacobi => Self::Jacobi(energy.diagonal()),
             Preconditioner::None => Self::None,
         }
     }
 
-    pub(crate) fn invert(&self, model: &QuadraticModel<'_, D>) -> Result<Inverse, Error> {
+    pub(crate) fn invert(&self, model: &QuadraticModel<'_, D>) -> Result<Inverse<D>, Error> {
         Ok(match self {
             Self::Cholesky(equations) => Inverse::Cholesky(factor(equations, model)?),
+            Self::Multigrid { coarse, halvings, points } => {
+                let weights: Vec<f64> = model.jacobian.alpha.iter().map(|alpha| alpha * alpha).collect();
+                Inverse::Multigrid(Multigrid::new(coarse, *halvings, points, &weights, model.weight)?)
+            }
             Self::Chebyshev(energy) => {
                 let inverse_diagonal = inverse(&model.diagonal(energy));
                 let largest = largest_eigenvalue(model, &inverse_diagonal);
@@ -63,6 +84,27 @@ impl<const D: usize> Kind<D> {
             Self::None => Inverse::None,
         })
     }
+}
+
+/// Number of control coefficients.
+fn count<const D: usize>(knots: &[KnotVector; D]) -> usize {
+    knots.iter().map(KnotVector::basis_count).product()
+}
+
+/// The coarsest lattice whose cells are halved so often until they are these, or the first one that has few enough coefficients.
+fn coarsest<const D: usize>(knots: &[KnotVector; D], few: usize) -> ([KnotVector; D], u32) {
+    let (mut coarse, mut halvings) = (knots.clone(), 0);
+    while count(&coarse) > few {
+        let doubled = coarse.each_ref().map(KnotVector::doubled);
+        if doubled.iter().any(Option::is_none) {
+            break;
+        }
+        for (coarse, doubled) in coarse.iter_mut().zip(doubled) {
+            *coarse = doubled.unwrap_or_else(|| coarse.clone());
+        }
+        halvings += 1;
+    }
+    (coarse, halvings)
 }
 
 /// Factors `JᵀJ + wH`. It is singular along `f` where `f` has no energy, as a plane does; then `Σ qᵢqᵢᵀ/‖∇f‖² + wH` of
@@ -101,15 +143,22 @@ fn largest_eigenvalue<const D: usize>(model: &QuadraticModel<'_, D>, inverse_dia
     POWER_MARGIN * largest
 }
 
-impl Inverse {
+impl<const D: usize> Inverse<D> {
     /// `P⁻¹ r`.
-    pub(crate) fn apply<const D: usize>(&self, model: &QuadraticModel<'_, D>, r: &[f64]) -> Vec<f64> {
+    pub(crate) fn apply(&self, model: &QuadraticModel<'_, D>, r: &[f64]) -> Vec<f64> {
         match self {
             Self::None => r.to_vec(),
             Self::Jacobi { inverse_diagonal } => r.iter().zip(inverse_diagonal).map(|(r, d)| r * d).collect(),
             Self::Cholesky(factor) => {
                 // The factor is of half of M.
                 let mut z = factor.solve(r);
+                z.iter_mut().for_each(|z| *z *= 0.5);
+                z
+            }
+            Self::Multigrid(solver) => {
+                // As above, of `Σ qᵢqᵢᵀ/‖∇f‖² + wH`.
+                let mut z = vec![0.0; r.len()];
+                solver.precondition(r, &mut z);
                 z.iter_mut().for_each(|z| *z *= 0.5);
                 z
             }

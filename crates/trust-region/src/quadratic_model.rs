@@ -97,7 +97,7 @@ mod tests {
     use crate::options::Normalisation;
     use crate::sampson::SampsonError;
     use proptest::prelude::*;
-    use zeroset_bspline::{Collocation, KnotVector};
+    use zeroset_bspline::KnotVector;
     use zeroset_multigrid::NormalEquations;
 
     const WEIGHT: f64 = 1e-3;
@@ -107,9 +107,8 @@ mod tests {
     }
 
     fn objective(points: &[[f64; 2]], normalisation: Normalisation) -> Objective<2> {
-        let collocation = Collocation::new(&knots(), points).unwrap();
         Objective {
-            fitted: SampsonError::new(collocation, &vec![1.0; points.len()], 1e-6),
+            fitted: SampsonError::new(&knots(), points.to_vec(), &vec![1.0; points.len()], 1e-6).unwrap(),
             held_out: None,
             energy: DerivativeEnergy::thin_plate(&knots()).unwrap(),
             anchor: Anchor::default(),

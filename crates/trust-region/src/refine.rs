@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 use std::time::Instant;
-use zeroset_bspline::{Collocation, DerivativeEnergy, Spline};
+use zeroset_bspline::{DerivativeEnergy, Spline};
 
 use crate::anchor::Anchor;
 use crate::error::Error;
@@ -50,9 +50,9 @@ pub fn refine_with<const D: usize>(
     let start = Instant::now();
     options.check()?;
     let areas = mean_one(areas, points.len())?;
-    let collocation = Collocation::new(initial.knots(), points)?;
+    let all = SampsonError::new(initial.knots(), points.to_vec(), &areas, options.gradient_floor)?;
     let energy = DerivativeEnergy::thin_plate(initial.knots())?;
-    let unknowns = collocation.coefficient_count();
+    let unknowns = initial.as_flat().len();
     if !(options.stiffness.is_empty() || options.stiffness.len() == unknowns) {
         return Err(Error::Stiffness { found: options.stiffness.len(), needed: unknowns });
     }
@@ -65,8 +65,7 @@ pub fn refine_with<const D: usize>(
         let of = |i: &usize| held[*i] == wanted;
         let positions: Vec<[f64; D]> = (0..points.len()).filter(of).map(|i| points[i]).collect();
         let weights: Vec<f64> = (0..points.len()).filter(of).map(|i| areas[i]).collect();
-        let collocation = Collocation::new(initial.knots(), &positions)?;
-        Ok(SampsonError::new(collocation, &weights, options.gradient_floor))
+        SampsonError::new(initial.knots(), positions, &weights, options.gradient_floor)
     };
     let held_out_points = held.iter().filter(|&&h| h).count();
     let fitted = part(false)?;
@@ -78,7 +77,7 @@ pub fn refine_with<const D: usize>(
     let anchor = Anchor::new(&options.stiffness, initial.as_flat());
     let objective = Objective { anchor, fitted, held_out: judge, energy, normalisation: options.normalisation };
 
-    let mut run = Run::new(&objective, options, share, initial.as_flat().to_vec())?;
+    let mut run = Run::new(initial.knots(), &objective, options, share, initial.as_flat().to_vec())?;
     let stopping_rule = run.iterate(observer)?;
     let (best, best_iteration) = run.best(stopping_rule);
     let result = objective.errors(best)?;
@@ -86,13 +85,12 @@ pub fn refine_with<const D: usize>(
     let Run { initial: errors_before, iterations, mut operator_applications, mut factorisations, .. } = run;
 
     // The points that were held out have decided the weight; now they count like the others.
-    let all = SampsonError::new(collocation, &areas, options.gradient_floor);
     let objective = Objective { fitted: all, held_out: None, ..objective };
     if let (true, Some(iteration)) = (held_out_points > 0, best_iteration) {
         let smoothing_length = iterations[iteration].smoothing_length;
         let finish =
             Options { smoothing_length, holdout: 0.0, most_iterations: FINISHING, decay: 1.0, ..options.clone() };
-        let mut last = Run::new(&objective, &finish, 1.0, f)?;
+        let mut last = Run::new(initial.knots(), &objective, &finish, 1.0, f)?;
         last.iterate(&|_| ControlFlow::Continue(()))?;
         operator_applications += last.operator_applications;
         factorisations += last.factorisations;

@@ -1,6 +1,6 @@
 //! The Sampson distance (equation 4), its error sum (equation 5) and its Jacobian.
 
-use zeroset_bspline::{Collocation, Derivatives, Implicit, Spline};
+use zeroset_bspline::{Collocation, Derivatives, Implicit, KnotVector, Spline};
 
 use crate::error::Error;
 use crate::rows::{Rows, dot};
@@ -27,6 +27,7 @@ pub(crate) fn is_rounding<const D: usize>(f: &Spline<D>, gradient: f64) -> bool 
 /// The points of the Sampson error with their weights.
 #[derive(Debug)]
 pub(crate) struct SampsonError<const D: usize> {
+    pub(crate) points: Vec<[f64; D]>,
     pub(crate) collocation: Collocation<D>,
     /// Square roots of the area weights, whose mean is one.
     roots: Vec<f64>,
@@ -51,8 +52,16 @@ pub(crate) struct SampsonState<const D: usize> {
 }
 
 impl<const D: usize> SampsonError<D> {
-    pub(crate) fn new(collocation: Collocation<D>, areas: &[f64], gradient_floor: f64) -> Self {
-        Self { collocation, roots: areas.iter().map(|a| a.sqrt()).collect(), gradient_floor }
+    /// # Errors
+    /// If a point lies outside the box of the knots or is not finite.
+    pub(crate) fn new(
+        knots: &[KnotVector; D],
+        points: Vec<[f64; D]>,
+        areas: &[f64],
+        gradient_floor: f64,
+    ) -> Result<Self, Error> {
+        let collocation = Collocation::new(knots, &points)?;
+        Ok(Self { points, collocation, roots: areas.iter().map(|a| a.sqrt()).collect(), gradient_floor })
     }
 
     /// `Σ aᵢ`.
@@ -121,7 +130,6 @@ impl<const D: usize> SampsonState<D> {
 mod tests {
     use super::*;
     use proptest::prelude::*;
-    use zeroset_bspline::KnotVector;
 
     fn knots() -> [KnotVector; 2] {
         [KnotVector::uniform(3, 0.0, 0.25, 4).unwrap(), KnotVector::clamped(2, &[0.0, 0.3, 0.5, 1.0]).unwrap()]
@@ -129,7 +137,7 @@ mod tests {
 
     fn error(points: &[[f64; 2]], floor: f64) -> SampsonError<2> {
         let areas: Vec<f64> = (0..points.len()).map(|i| 0.5 + (i % 3) as f64 * 0.5).collect();
-        SampsonError::new(Collocation::new(&knots(), points).unwrap(), &areas, floor)
+        SampsonError::new(&knots(), points.to_vec(), &areas, floor).unwrap()
     }
 
     proptest! {

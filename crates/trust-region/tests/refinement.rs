@@ -119,17 +119,24 @@ proptest! {
         deviation in 0.0..0.02f64,
         petals in 0usize..6,
         length in 0.0005..0.05f64,
-        choice in 0usize..4,
+        choice in 0usize..5,
         by_norm in any::<bool>(),
     ) {
         let points = outline(150, deviation, |t| 0.35 + 0.08 * (petals as f64 * t).cos());
-        let preconditioner =
-            [Preconditioner::Cholesky, Preconditioner::Chebyshev, Preconditioner::Jacobi, Preconditioner::None][choice];
+        let preconditioner = [
+            Preconditioner::Cholesky,
+            Preconditioner::Chebyshev,
+            Preconditioner::Jacobi,
+            Preconditioner::None,
+            Preconditioner::Multigrid,
+        ][choice];
         let options = Options {
             density: 70.0,
             smoothing_length: length,
             smallest_smoothing_length: 0.2 * length,
             preconditioner,
+            // 13 × 13 coefficients, of which 8 × 8 are left on cells twice as wide.
+            direct_limit: 64,
             normalisation: if by_norm { Normalisation::CoefficientNorm } else { Normalisation::MeanGradient },
             most_iterations: 12,
             ..Options::default()
@@ -194,7 +201,15 @@ fn all_methods_reach_the_same_minimum() {
     };
     let reference = run(&|o| o.preconditioner = Preconditioner::Cholesky);
     let objective = |report: &Report| report.iterations.last().unwrap().objective;
-    let others: [(&str, Report); 5] = [
+    let others: [(&str, Report); 6] = [
+        // 11 × 11 coefficients, and a lattice of 7 × 7.
+        (
+            "multigrid",
+            run(&|o| {
+                o.preconditioner = Preconditioner::Multigrid;
+                o.direct_limit = 49;
+            }),
+        ),
         ("chebyshev", run(&|o| o.preconditioner = Preconditioner::Chebyshev)),
         ("jacobi", run(&|o| o.preconditioner = Preconditioner::Jacobi)),
         ("none", run(&|o| o.preconditioner = Preconditioner::None)),
@@ -206,7 +221,7 @@ fn all_methods_reach_the_same_minimum() {
         let gap = objective(report) / objective(&reference) - 1.0;
         assert!(gap.abs() < 1e-7, "{name}: {gap}");
     }
-    assert!(reference.factorisations > 0 && others[0].1.factorisations == 0);
+    assert!(reference.factorisations > 0 && others[1].1.factorisations == 0);
 }
 
 #[test]
@@ -230,8 +245,9 @@ fn the_papers_form_runs() {
 fn the_number_of_threads_changes_nothing() {
     // Enough points for the parallel sums to split.
     let points = outline(6000, 0.003, flower_radius);
-    for preconditioner in [Preconditioner::Cholesky, Preconditioner::Chebyshev] {
-        let options = Options { preconditioner, most_iterations: 4, ..Options::for_spacing::<2>(0.0006) };
+    for preconditioner in [Preconditioner::Cholesky, Preconditioner::Chebyshev, Preconditioner::Multigrid] {
+        let options =
+            Options { preconditioner, direct_limit: 200, most_iterations: 4, ..Options::for_spacing::<2>(0.0006) };
         let run = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             pool.install(|| refine(&points, None, &circle(16), &options).unwrap().0)
