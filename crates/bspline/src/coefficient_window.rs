@@ -5,6 +5,7 @@
 
 use crate::block_field::BlockField;
 use crate::block_mask::SIDE as CELLS;
+use crate::hierarchical_spline::{LOCAL, WIDTH};
 
 /// Coefficients along each axis: those of 8 cells.
 const SIDE: usize = CELLS + 3;
@@ -59,6 +60,21 @@ impl<const D: usize> CoefficientWindow<D> {
         for (c, more) in self.0.iter_mut().zip(&more) {
             *c += more;
         }
+    }
+
+    /// Those that act on the cell at some places along the axes.
+    pub(crate) fn local(&self, places: [usize; D]) -> [f64; LOCAL] {
+        let mut local = [0.0; LOCAL];
+        for (row, out) in local[..WIDTH.pow(D as u32)].chunks_exact_mut(WIDTH).enumerate() {
+            let (mut rest, mut start, mut stride) = (row, places[D - 1], SIDE);
+            for axis in (0..D - 1).rev() {
+                start += (rest % WIDTH + places[axis]) * stride;
+                rest /= WIDTH;
+                stride *= SIDE;
+            }
+            out.copy_from_slice(&self.0[start..start + WIDTH]);
+        }
+        local
     }
 
     /// The smallest and the largest coefficient that act on each cell.

@@ -61,6 +61,15 @@ impl<const D: usize> IndexSet<D> {
         Self::from_blocks(extent, blocks)
     }
 
+    /// All indices below an extent.
+    pub(crate) fn full(extent: [u32; D]) -> Self {
+        let room = spread_extent(extent);
+        let [nx, ny, nz] = block_counts(extent);
+        let blocks = (0..nx).flat_map(|x| (0..ny).flat_map(move |y| (0..nz).map(move |z| [x, y, z])));
+        let left = |block: &[u32; 3]| std::array::from_fn(|axis| (room[axis] - block[axis] * SIDE as u32) as usize);
+        Self::from_blocks(extent, blocks.map(|block| (block, block_mask::within(left(&block)))))
+    }
+
     /// `blocks` come in lexicographic order; those without members are left out.
     pub(crate) fn from_blocks(extent: [u32; D], blocks: impl Iterator<Item = ([u32; 3], Mask)>) -> Self {
         let (blocks, masks): (Vec<_>, Vec<_>) = blocks.filter(|(_, mask)| *mask != [0; SIDE]).unzip();

@@ -131,7 +131,7 @@ fn dense_cells<const D: usize>(root: &Spline<D>, keep: impl Fn(&LeafCell<D>) -> 
 }
 
 /// The coefficients that act on the lower or the upper half of a cell along an axis with a given stride: two-scale relation.
-fn halve(local: &mut [f64; LOCAL], stride: usize, half: usize) {
+pub(crate) fn halve(local: &mut [f64; LOCAL], stride: usize, half: usize) {
     for start in (0..LOCAL).filter(|at| (at / stride).is_multiple_of(WIDTH)) {
         let c: [f64; WIDTH] = std::array::from_fn(|k| local[start + k * stride]);
         let even = |m: usize| 0.5 * (c[m] + c[m + 1]);
