@@ -8,6 +8,7 @@ use zeroset_bspline::{Derivatives, HierarchicalSpline};
 use zeroset_isosurface::{self as isosurface, CurveTopology, Curves, Topology, TriMesh};
 
 use crate::error::ReconstructError;
+use crate::fragile;
 use crate::reconstruct::Reconstruction;
 use crate::report::{ExtractionReport, StageFigures, StageReport};
 use crate::spacing::distances_to;
@@ -66,7 +67,7 @@ pub fn extract_surface(reconstruction: &mut Reconstruction<3>) -> Result<(TriMes
     if let Some(initial) = reconstruction.initial.as_ref().filter(|_| !reconstruction.open) {
         let before =
             isosurface::surface_of(&HierarchicalSpline::new(initial.clone())?, 0, &Default::default())?.0.topology();
-        if (before.components, before.genus) != (topology.components, topology.genus) {
+        if (before.components, before.genus) != (topology.components, topology.genus) && is_doubtful(reconstruction) {
             reconstruction.report.warnings.push(format!(
                 "refinement has joined or pierced parts: {} component(s) of genus {} before it, {} of genus {} after; the \
                  points do not tell which is right, a denser scan of narrow gaps and thin walls would",
@@ -140,7 +141,7 @@ pub fn extract_curve(reconstruction: &mut Reconstruction<2>) -> Result<(Curves, 
     if let Some(initial) = reconstruction.initial.as_ref().filter(|_| !reconstruction.open) {
         let before =
             isosurface::curve_of(&HierarchicalSpline::new(initial.clone())?, 0, &Default::default())?.0.topology();
-        if before.loops != topology.loops {
+        if before.loops != topology.loops && is_doubtful(reconstruction) {
             reconstruction.report.warnings.push(format!(
                 "refinement has joined or split parts: {} loop(s) before it, {} after; the points do not tell which is \
                  right, a denser sampling of narrow gaps would",
@@ -190,6 +191,12 @@ pub enum Figures {
         /// Loops, area, length.
         topology: CurveTopology,
     },
+}
+
+/// Whether a topology that the initial shape did not have hangs on little.
+fn is_doubtful<const D: usize>(reconstruction: &Reconstruction<D>) -> bool {
+    let (input, scale) = (&reconstruction.report.input, reconstruction.frame.scale);
+    fragile::is_doubtful(&reconstruction.spline, input.noise * scale, input.spacing * scale)
 }
 
 /// From the dense lattice's cells to those that the zero set is extracted on: the finest of the spline, halved once more if

@@ -60,8 +60,6 @@ pub struct Reconstruction<const D: usize> {
 
 /// Holes are filled up to this noise, in spacings.
 const FILLABLE_NOISE: f64 = 0.5;
-/// Noise above this share of the spacing leaves the topology of surfaces unsure. (Curves have fewer ways to go wrong.)
-const DEEP_NOISE: f64 = 0.75;
 /// Noise below this share of the spacing is none, if the surface is open,
 const CLEAN: f64 = 0.1;
 /// and the smoothing length from which refinement starts then is at most so many spacings.
@@ -294,14 +292,6 @@ pub(crate) fn road<const D: usize>(
              follows its curvature; allow more (--memory)"
                 .into(),
         );
-    }
-    if D == 3 && noise > DEEP_NOISE * spacing.typical {
-        warnings.push(format!(
-            "the noise (about {:.3e}) is nearly as large as the distance between points ({:.3e}): small handles and specks \
-             may be wrong; a denser scan helps more than anything else",
-            noise / frame.scale,
-            spacing.typical / frame.scale
-        ));
     }
     if near.len() < points.len() {
         warnings.push(format!(

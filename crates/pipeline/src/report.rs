@@ -5,6 +5,7 @@ use serde::Serialize;
 use crate::calibration::DistanceFigures;
 use crate::confidence::RegionReport;
 use crate::extraction::Figures;
+use crate::fragile::FragilePlace;
 use crate::memory::MemoryReport;
 use crate::sign::SignReport;
 
@@ -47,7 +48,9 @@ pub struct TrustReport {
     pub misfit: f64,
     /// Share of the points where the gradient is shorter than 0.3 of its mean: inside and outside are hardly told apart.
     pub flat: f64,
-    /// The same part by part, the least sure first.
+    /// Where the topology of a closed curve or surface hangs on less than the points can tell, the least sure first.
+    pub fragile: Vec<FragilePlace>,
+    /// The same as `unsure` part by part, the least sure first.
     pub regions: Vec<RegionReport>,
 }
 

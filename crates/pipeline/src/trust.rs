@@ -1,10 +1,11 @@
 //! Whether the result can be trusted.
 
-use zeroset_bspline::{Derivatives, Evaluation, Implicit, KnotVector};
+use zeroset_bspline::{Derivatives, Evaluation, HierarchicalSpline, KnotVector};
 use zeroset_gefm::Referee;
 
 use crate::confidence::{RegionReport, is_unsure, regions};
 use crate::error::ReconstructError;
+use crate::fragile::{FragilePlace, fragile};
 use crate::frame::Frame;
 use crate::report::TrustReport;
 use crate::spacing::Spacing;
@@ -29,7 +30,7 @@ const MANY_FLAT: f64 = 0.05;
 /// What winding numbers say of the final function f at points that have a standard deviation of `noise`, and how it fits the points
 /// `fitted` with their `own` spacing.
 pub fn judge<const D: usize>(
-    f: &impl Implicit<D>,
+    f: &HierarchicalSpline<D>,
     (fitted, own): (&[[f64; D]], &Spacing),
     (points, spacing): (&[[f64; D]], &Spacing),
     noise: f64,
@@ -46,6 +47,7 @@ pub fn judge<const D: usize>(
         unsure,
         misfit: misfit(&at, own),
         flat: flat(&at),
+        fragile: fragile(f, noise, spacing.typical, frame),
         regions: regions(points, &winding, frame),
     })
 }
@@ -106,7 +108,8 @@ pub fn verdict<const D: usize>(trust: &TrustReport, open: bool) -> (Option<Strin
             100.0 * trust.flat
         )
     });
-    let warning = misfit.or(flat);
+    let hangs = trust.fragile.first().filter(|_| !open).map(|least| hangs_on(least, trust.fragile.len()));
+    let warning = misfit.or(flat).or(hangs);
     (warning, None)
 }
 
@@ -117,8 +120,30 @@ fn least_sure(regions: &[RegionReport]) -> Option<&RegionReport> {
 }
 
 fn around(region: &RegionReport) -> String {
-    let centre: Vec<String> = region.centre.iter().map(|x| coordinate(*x)).collect();
-    format!(", most around ({})", centre.join(", "))
+    format!(", most around {}", place(&region.centre))
+}
+
+/// What a fragile place puts in doubt, the least sure one of so many.
+fn hangs_on(least: &FragilePlace, count: usize) -> String {
+    let what = match (least.index, least.value < 0.0) {
+        (0, _) => "whether there is a separate part",
+        (1, true) => "whether parts hang together",
+        (1, false) => "whether parts are separate",
+        (index, inside) if index < least.place.len() => {
+            ["whether there is a hole", "whether a wall is whole"][usize::from(inside)]
+        }
+        _ => "whether there is a hollow",
+    };
+    format!(
+        "{what} at {} hangs on less than the points can tell{}; try a denser scan there",
+        place(&least.place),
+        if count > 1 { format!(" (and the like at {} other places)", count - 1) } else { String::new() }
+    )
+}
+
+fn place(centre: &[f64]) -> String {
+    let centre: Vec<String> = centre.iter().map(|x| coordinate(*x)).collect();
+    format!("({})", centre.join(", "))
 }
 
 /// Four digits, whatever the unit.
@@ -169,6 +194,22 @@ mod tests {
         assert_eq!(found.as_deref(), Some(", most around (1235, -1.235e-4, 1.500e9)"));
         assert_eq!(coordinate(0.0123456), "0.01235");
         assert_eq!(coordinate(0.0), "0");
+    }
+
+    #[test]
+    fn what_hangs_on_little_is_said_in_plain_words() {
+        let at = |index, value| FragilePlace { place: vec![1.0, 2.0, 3.0], value, index };
+        let said = |index, value| hangs_on(&at(index, value), 1);
+        assert_eq!(
+            said(1, 0.1),
+            "whether parts are separate at (1.000, 2.000, 3.000) hangs on less than the points can tell; try a denser scan there"
+        );
+        assert!(said(1, -0.1).starts_with("whether parts hang together at"));
+        assert!(said(2, -0.1).starts_with("whether a wall is whole at"));
+        assert!(said(2, 0.1).starts_with("whether there is a hole at"));
+        assert!(said(0, 0.1).starts_with("whether there is a separate part at"));
+        assert!(said(3, 0.1).starts_with("whether there is a hollow at"));
+        assert!(hangs_on(&at(0, 0.1), 3).contains("(and the like at 2 other places)"));
     }
 
     #[test]

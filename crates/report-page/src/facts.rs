@@ -238,6 +238,11 @@ pub(crate) fn trust(report: &Report) -> String {
                 percent(trust.flat),
                 "share of the points where walls or gaps are too thin for the sampling",
             ),
+            (
+                "topology hangs on little",
+                format!("at {} places", trust.fragile.len()),
+                "places where noise and spacing could undo a neck, a gap, a wall or a tunnel; the report in JSON lists them",
+            ),
             ("not covered", percent(uncovered), "share of the points with no part of the result within two spacings"),
             ("‖∇f‖", slope, "within two spacings of the points; that of a distance is 1"),
             ("off the distance", figure(distance.error), &differs),
