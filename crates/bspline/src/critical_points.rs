@@ -9,7 +9,7 @@ use crate::cell_band::{cell_extent, check_uniform};
 use crate::coefficient_window::CoefficientWindow;
 use crate::hierarchical_spline::{HierarchicalSpline, LOCAL, WIDTH};
 use crate::index_set::IndexSet;
-use crate::leaf_cells::halve;
+use crate::leaf_cells::{LeafCell, child, half, of_child};
 use crate::spline::Jet;
 
 /// Cells are halved so often before Newton's method begins in each part.
@@ -88,10 +88,8 @@ impl<const D: usize> HierarchicalSpline<D> {
             }
             _ => self.levels()[level - 1].cells(),
         };
-        let covered = |index: [u32; D]| {
-            let child = |corner: usize| std::array::from_fn(|a| 2 * index[a] + (corner >> (D - 1 - a) & 1) as u32);
-            finer.is_some_and(|finer| (0..1 << D).all(|corner| finer.contains(child(corner))))
-        };
+        let covered =
+            |index: [u32; D]| finer.is_some_and(|finer| (0..1 << D).all(|corner| finer.contains(child(index, corner))));
         let axes: [(f64, f64); D] = std::array::from_fn(|axis| {
             let (start, end) = knots[axis].domain();
             (start, (end - start) / f64::from(extent[axis]))
@@ -142,16 +140,12 @@ impl<const D: usize> HierarchicalSpline<D> {
             return;
         }
         for corner in 0..1usize << D {
-            let half: [usize; D] = std::array::from_fn(|axis| corner >> (D - 1 - axis) & 1);
-            let mut local = *local;
-            for axis in 0..D {
-                halve(&mut local, WIDTH.pow((D - 1 - axis) as u32), half[axis]);
-            }
+            let local = of_child::<D>(local, corner);
             let acting = &local[..WIDTH.pow(D as u32)];
             let in_reach = acting.iter().any(|c| *c <= limit) && acting.iter().any(|c| *c >= -limit);
             if in_reach && may_vanish::<D>(&local) {
                 let sides = part.sides.map(|side| 0.5 * side);
-                let lower = std::array::from_fn(|axis| part.lower[axis] + half[axis] as f64 * sides[axis]);
+                let lower = std::array::from_fn(|axis| part.lower[axis] + half::<D>(corner, axis) as f64 * sides[axis]);
                 self.in_parts(cell, &Cell { lower, sides }, &local, halvings - 1, limit, found);
             }
         }
@@ -161,7 +155,7 @@ impl<const D: usize> HierarchicalSpline<D> {
     fn on_any_knots(&self, limit: f64) -> Vec<CriticalPoint<D>> {
         let axes = self.root().knots().each_ref().map(|knots| knots.cells().collect::<Vec<_>>());
         let leaves = self.leaf_cells(|leaf| leaf.lower <= limit && leaf.upper >= -limit);
-        let in_cell = |leaf: &crate::leaf_cells::LeafCell<D>| {
+        let in_cell = |leaf: &LeafCell<D>| {
             let ends = |axis: usize| axes[axis][leaf.index[axis] as usize];
             let lower = std::array::from_fn(|axis| ends(axis).1);
             let cell = Cell { lower, sides: std::array::from_fn(|axis| ends(axis).2 - ends(axis).1) };

@@ -95,25 +95,24 @@ impl<const D: usize> HierarchicalSpline<D> {
 
     /// Visits the leaf cells of a cell, given the coefficients that act on it.
     fn divide(&self, level: usize, index: [u32; D], coefficients: &[f64; LOCAL], visit: &mut impl FnMut(LeafCell<D>)) {
-        let child = |corner: usize| std::array::from_fn(|a| 2 * index[a] + (corner >> (D - 1 - a) & 1) as u32);
         let finer = self.levels().get(level).map(|level| level.cells());
-        if !finer.is_some_and(|cells| (0..1 << D).any(|corner| cells.contains(child(corner)))) {
+        let is_finer = |corner: usize| finer.is_some_and(|cells| cells.contains(child(index, corner)));
+        if !(0..1 << D).any(is_finer) {
             let acting = &coefficients[..WIDTH.pow(D as u32)];
             let lower = acting.iter().copied().fold(f64::INFINITY, f64::min);
             let upper = acting.iter().copied().fold(f64::NEG_INFINITY, f64::max);
             return visit(LeafCell { level, index, lower, upper });
         }
         for corner in 0..1 << D {
-            let mut local = [0.0; LOCAL];
-            if finer.is_some_and(|cells| cells.contains(child(corner))) {
-                self.gather(level + 1, child(corner).map(i64::from), WIDTH, &mut local[..WIDTH.pow(D as u32)]);
+            let child = child(index, corner);
+            let local = if is_finer(corner) {
+                let mut local = [0.0; LOCAL];
+                self.gather(level + 1, child.map(i64::from), WIDTH, &mut local[..WIDTH.pow(D as u32)]);
+                local
             } else {
-                local = *coefficients;
-                for axis in 0..D {
-                    halve(&mut local, WIDTH.pow((D - 1 - axis) as u32), corner >> (D - 1 - axis) & 1);
-                }
-            }
-            self.divide(level + 1, child(corner), &local, visit);
+                of_child::<D>(coefficients, corner)
+            };
+            self.divide(level + 1, child, &local, visit);
         }
     }
 }
@@ -130,8 +129,27 @@ fn dense_cells<const D: usize>(root: &Spline<D>, keep: impl Fn(&LeafCell<D>) -> 
     cells.filter(keep).collect()
 }
 
+/// Whether a corner of a cell, in C order, lies in the upper half along an axis: 0 or 1.
+pub(crate) fn half<const D: usize>(corner: usize, axis: usize) -> usize {
+    corner >> (D - 1 - axis) & 1
+}
+
+/// The child of a cell at a corner.
+pub(crate) fn child<const D: usize>(index: [u32; D], corner: usize) -> [u32; D] {
+    std::array::from_fn(|axis| 2 * index[axis] + half::<D>(corner, axis) as u32)
+}
+
+/// The coefficients that act on the child of a cell at a corner, given those that act on the cell.
+pub(crate) fn of_child<const D: usize>(coefficients: &[f64; LOCAL], corner: usize) -> [f64; LOCAL] {
+    let mut local = *coefficients;
+    for axis in 0..D {
+        halve(&mut local, WIDTH.pow((D - 1 - axis) as u32), half::<D>(corner, axis));
+    }
+    local
+}
+
 /// The coefficients that act on the lower or the upper half of a cell along an axis with a given stride: two-scale relation.
-pub(crate) fn halve(local: &mut [f64; LOCAL], stride: usize, half: usize) {
+fn halve(local: &mut [f64; LOCAL], stride: usize, half: usize) {
     for start in (0..LOCAL).filter(|at| (at / stride).is_multiple_of(WIDTH)) {
         let c: [f64; WIDTH] = std::array::from_fn(|k| local[start + k * stride]);
         let even = |m: usize| 0.5 * (c[m] + c[m + 1]);
