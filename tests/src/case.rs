@@ -15,7 +15,7 @@ pub enum Cloud {
     Three(Vec<[f64; 3]>),
 }
 
-/// A small reconstruction that takes a fraction of a second.
+/// A small reconstruction, of a size that takes about 0.3 s at most.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Case {
     /// What it is, in words.
@@ -32,17 +32,21 @@ impl Case {
         let mut random = Random(seed);
         // Neighbouring seeds have nothing in common.
         random = Random(random.bits());
-        // A run in space takes ten times as long.
         if random.one_in(2) { Self::in_space(&mut random) } else { Self::in_the_plane(&mut random) }
     }
 
     fn in_the_plane(random: &mut Random) -> Self {
         let shape = Shape2::ALL[random.below(Shape2::ALL.len())];
-        let most = if random.one_in(8) { 12 } else { 300 };
+        let resolution = if random.one_in(2) { None } else { Some(8 + random.below(56)) };
+        // By itself a lattice has as many cells along a side as there are points, and where there is no curve all of them are tried.
+        let most = match resolution {
+            _ if random.one_in(8) => 12,
+            None => 120,
+            Some(_) => 300,
+        };
         let count = 4 + random.below(most);
         let points = (0..count).map(|_| shape.point(random)).collect();
         let (points, what) = mistreated(points, random);
-        let resolution = if random.one_in(2) { None } else { Some(8 + random.below(56)) };
         let mut options = options(resolution, random);
         if options.degree != 3 {
             // One dense lattice, as fine as the densest part needs, takes minutes.
@@ -53,20 +57,28 @@ impl Case {
 
     fn in_space(random: &mut Random) -> Self {
         let shape = Shape3::ALL[random.below(Shape3::ALL.len())];
-        let most = if random.one_in(8) { 12 } else { 400 };
+        // By itself, or from 14 cells on, a run takes longer.
+        let resolution = if random.one_in(20) { None } else { Some(8 + random.below(6)) };
+        let most = match resolution {
+            _ if random.one_in(8) => 12,
+            None => 60,
+            Some(_) => 250,
+        };
         let count = 5 + random.below(most);
         let points = (0..count).map(|_| shape.point(random)).collect();
         let (points, what) = mistreated(points, random);
-        // By itself, or from 16 cells on, a run takes a second and more.
-        let resolution = if random.one_in(40) { None } else { Some(8 + random.below(8)) };
         let mut options = options(resolution, random);
-        if options.degree != 3 {
-            options.resolution = options.resolution.or(Some(16));
+        if options.degree > 3 {
+            // Each point meets 125 coefficients, or 216, in place of 64.
+            options.resolution = Some(8);
+        } else if options.degree != 3 {
+            options.resolution = options.resolution.or(Some(12));
         }
         if options.topology == Topology::Paper {
             // Its matrix is factored time and again: half a minute where a margin makes the lattice larger.
             options.margin = None;
-            options.resolution = Some(8 + random.below(3));
+            options.resolution = Some(8);
+            options.degree = options.degree.min(3);
         }
         Self { name: format!("{shape:?}: {count} points{what}"), cloud: Cloud::Three(points), options }
     }

@@ -1,12 +1,15 @@
 //! `cargo xtask soak`: random small reconstructions without end, and what came of them.
 
 use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
 use clap::Args;
 use zeroset_tests::{Case, EXECUTIONS, soak};
 
@@ -28,6 +31,25 @@ pub struct Arguments {
     /// Seconds after which a run hangs: more on a busy machine
     #[arg(long, value_name = "SECONDS", default_value_t = 30)]
     limit: u64,
+    /// File for a table with every run: its seed, seconds per execution, outcome, cloud and options
+    #[arg(long, value_name = "FILE")]
+    table: Option<PathBuf>,
+}
+
+/// A run that is over.
+struct Done {
+    seed: u64,
+    /// Of all its executions.
+    time: Duration,
+    outcome: String,
+    case: Case,
+}
+
+impl Done {
+    /// Seconds of one execution.
+    fn seconds(&self) -> f64 {
+        self.time.as_secs_f64() / EXECUTIONS
+    }
 }
 
 /// What came of the runs.
@@ -35,8 +57,7 @@ pub struct Arguments {
 struct Tally {
     outcomes: BTreeMap<String, u64>,
     violations: Vec<(u64, String)>,
-    /// How long each took, its seed and its name.
-    times: Vec<(Duration, u64, String)>,
+    done: Vec<Done>,
 }
 
 /// Makes the runs, says what came of them, and fails if anything happened that must not.
@@ -69,14 +90,18 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     for (outcome, count) in &tally.outcomes {
         println!("{count:8} {outcome}");
     }
-    tally.times.sort_by_key(|(time, ..)| std::cmp::Reverse(*time));
-    let each = |time: Duration| time.as_secs_f64() / EXECUTIONS;
-    let slowest =
-        |share: f64| tally.times.get((share * tally.times.len() as f64) as usize).map_or(0.0, |(time, ..)| each(*time));
-    let mean = each(tally.times.iter().map(|(time, ..)| *time).sum()) / tally.times.len().max(1) as f64;
-    println!("each execution: mean {mean:.2} s, median {:.2} s, one in ten above {:.2} s", slowest(0.5), slowest(0.1));
-    for (time, seed, name) in tally.times.iter().take(SLOWEST) {
-        println!("seed {seed} took {:.1} s: {name}", each(*time));
+    if let Some(path) = &arguments.table {
+        write_table(path, &mut tally.done).with_context(|| format!("{} cannot be written", path.display()))?;
+    }
+    tally.done.sort_by_key(|done| std::cmp::Reverse(done.time));
+    let slowest = |share: f64| tally.done.get((share * tally.done.len() as f64) as usize).map_or(0.0, Done::seconds);
+    let mean = tally.done.iter().map(Done::seconds).sum::<f64>() / tally.done.len().max(1) as f64;
+    let (median, tenth, hundredth) = (slowest(0.5), slowest(0.1), slowest(0.01));
+    println!(
+        "each execution: mean {mean:.2} s, median {median:.2} s, one in ten above {tenth:.2} s, one in a hundred above {hundredth:.2} s"
+    );
+    for done in tally.done.iter().take(SLOWEST) {
+        println!("seed {} took {:.1} s: {}", done.seed, done.seconds(), done.case.name);
     }
     if !tally.violations.is_empty() {
         tally.violations.sort();
@@ -103,6 +128,18 @@ fn one(seed: u64, limit: Duration, tally: &Mutex<Tally>) {
             "VIOLATION".into()
         }
     };
-    *tally.outcomes.entry(outcome).or_default() += 1;
-    tally.times.push((time, seed, case.name));
+    *tally.outcomes.entry(outcome.clone()).or_default() += 1;
+    tally.done.push(Done { seed, time, outcome, case });
+}
+
+/// One line a run, by their seeds.
+fn write_table(path: &Path, runs: &mut [Done]) -> std::io::Result<()> {
+    runs.sort_by_key(|done| done.seed);
+    let mut file = BufWriter::new(File::create(path)?);
+    writeln!(file, "seed\tseconds\toutcome\tcloud\toptions")?;
+    for done in &*runs {
+        let (seed, seconds, outcome) = (done.seed, done.seconds(), &done.outcome);
+        writeln!(file, "{seed}\t{seconds:.3}\t{outcome}\t{}\t{:?}", done.case.name, done.case.options)?;
+    }
+    file.flush()
 }

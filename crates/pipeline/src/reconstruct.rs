@@ -70,10 +70,9 @@ const ROUNDS: usize = 4;
 const MANY_ISOLATED: f64 = 0.005;
 /// If a larger share of the points are isolated, they are the shape.
 const MOST_ISOLATED: f64 = 0.25;
-/// The dense lattice in the plane has no more cells along the longest side than so many times the number of points, or than so many.
-const MOST_CELLS: usize = 2;
+/// The dense lattice in the plane has no more cells along the longest side than there are points, or than so many.
 const CHEAP_CELLS: usize = 128;
-/// In space it has no more cubic coefficients than so many times that.
+/// In space it has no more cubic coefficients than so many times the number of points.
 const MOST_COEFFICIENTS: f64 = 1200.0;
 /// The finest lattice of the topology stage, in halvings of the coarsest.
 pub(crate) const FINEST_RUNG: u32 = 2;
@@ -376,11 +375,11 @@ impl Road<'_> {
 }
 
 /// Cells along the longest side of the lattice on which topology is decided. In 2D, where it costs next to nothing, the cells
-/// follow the spacing of the points, so that narrow gaps stay open, unless there are fewer points than cells on that side; in 3D a
-/// direct factorisation sets the limit.
+/// follow the spacing of the points, so that narrow gaps stay open; no curve of evenly spaced points wants more than a quarter as many
+/// as it has points, but clusters would. In 3D a direct factorisation sets the limit.
 pub fn coarse_cells<const D: usize>(spacing: &Spacing) -> usize {
     let mut cells = if D == 2 { 24 } else { 16 };
-    while D == 2 && cells < spacing.local.len().min(96) && 0.5 / cells as f64 >= 1.5 * spacing.typical {
+    while D == 2 && cells < (spacing.local.len() / 4).min(96) && 0.5 / cells as f64 >= 1.5 * spacing.typical {
         cells *= 2;
     }
     cells
@@ -455,12 +454,14 @@ fn lattices<const D: usize>(frame: &Frame<D>, spacing: &Spacing, margin: f64, op
             let wanted = ((domain.spacing / spacing.typical).log2() + finer).round();
             // Round a closed curve of evenly spaced points less than one cell of their spacing per point fits along a side; in
             // clusters far apart millions would. In space evenly spaced points want some hundred coefficients each.
-            let few = match D {
-                2 => ((MOST_CELLS * spacing.local.len()).max(CHEAP_CELLS) / coarse).max(2).ilog2(),
-                _ if domain.coefficients(3, most) > MOST_COEFFICIENTS * spacing.local.len() as f64 => most - 1,
-                _ => most,
+            let points = spacing.local.len();
+            let few = if D == 2 {
+                (points.max(CHEAP_CELLS) / coarse).max(2).ilog2()
+            } else {
+                let fit = |halvings: &u32| domain.coefficients(3, *halvings) <= MOST_COEFFICIENTS * points as f64;
+                (0..=most).rev().find(fit).unwrap_or(0)
             };
-            let halvings = wanted.clamp(1.0, f64::from(most.min(few))) as u32;
+            let halvings = (wanted.max(1.0) as u32).min(few).min(most);
             Lattices { domain, halvings, levels: None }
         }
     }
