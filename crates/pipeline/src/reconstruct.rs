@@ -73,7 +73,7 @@ const MOST_ISOLATED: f64 = 0.25;
 /// The dense lattice in the plane has no more cells along the longest side than there are points, or than so many.
 const CHEAP_CELLS: usize = 128;
 /// In space it has no more cubic coefficients than so many times the number of points.
-const MOST_COEFFICIENTS: f64 = 1200.0;
+const MOST_COEFFICIENTS: f64 = 450.0;
 /// The finest lattice of the topology stage, in halvings of the coarsest.
 pub(crate) const FINEST_RUNG: u32 = 2;
 /// Below this share of zero-set edges with data nearby, a warning is given.
@@ -453,7 +453,7 @@ fn lattices<const D: usize>(frame: &Frame<D>, spacing: &Spacing, margin: f64, op
             let finer = if D == 2 { 0.0 } else { 1.5 };
             let wanted = ((domain.spacing / spacing.typical).log2() + finer).round();
             // Round a closed curve of evenly spaced points less than one cell of their spacing per point fits along a side; in
-            // clusters far apart millions would. In space evenly spaced points want some hundred coefficients each.
+            // clusters far apart millions would. In space cells far narrower than the spacing leave sheets between the points.
             let points = spacing.local.len();
             let few = if D == 2 {
                 (points.max(CHEAP_CELLS) / coarse).max(2).ilog2()

@@ -4,6 +4,7 @@
 
 mod awkward;
 mod density;
+mod few_points;
 mod fixtures;
 mod holes;
 mod invariance;
