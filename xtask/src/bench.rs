@@ -57,6 +57,8 @@ pub struct Arguments {
 const FEWEST: usize = 2500;
 /// Every size is so many times the one before.
 const FACTOR: usize = 4;
+/// At most so many points are timed with one thread and with all.
+const SHARED: usize = 160_000;
 /// More points than this are not asked for.
 const MOST: usize = 2_500_000;
 
@@ -93,7 +95,14 @@ pub fn run(root: &Path, arguments: &Arguments) -> Result<()> {
     };
     part(reference::section())?;
     let meshlab = arguments.python.as_deref().map(meshlab::MeshLab::new);
-    let rows = sizes::rows(&program, &sizes(arguments.most_points), meshlab.as_ref())?;
+    part(page::fixture(&sizes::fixture(&program, root, meshlab.as_ref())?))?;
+    let sizes = sizes(arguments.most_points);
+    if let Some(found) =
+        sizes::speedup(&program, sizes.iter().copied().filter(|size| *size <= SHARED).max().unwrap_or(FEWEST))?
+    {
+        part(page::speedup(&found))?;
+    }
+    let rows = sizes::rows(&program, &sizes, meshlab.as_ref())?;
     part(page::sizes(&rows, meshlab.as_ref(), &plot_file(&output, "points", &sizes::plot(&rows))?))?;
     if arguments.levels {
         let levels = levels::rows(&program, arguments.level_points, arguments.level_cells)?;

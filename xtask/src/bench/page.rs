@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::meshlab::MeshLab;
 use super::run::Level;
-use super::sizes::{Row, exponent};
+use super::sizes::{Row, Speedup, exponent};
 
 /// Growth per halving that costs which follow the surface have, and how far off it may be.
 const GROWTH: f64 = 4.0;
@@ -14,20 +14,17 @@ fn known(value: Option<f64>, decimals: usize) -> String {
     value.filter(|v| v.is_finite()).map_or_else(|| "–".into(), |value| format!("{value:.decimals$}"))
 }
 
-/// Cost against points, the stages, and the levels of every size.
-pub fn sizes(rows: &[Row], meshlab: Option<&MeshLab>, plot: &str) -> String {
-    let mut text = String::from(
-        "## The whole road\n\nRandom points of a torus with bumps, default settings, points file to mesh file.\n\n",
-    );
+/// What whole runs took, beside MeshLab where that was timed.
+fn costs(text: &mut String, what: &str, rows: &[Row]) {
     let compared = rows.iter().any(|row| row.meshlab.is_some());
-    text.push_str("| points | wall s | CPU s | points per CPU second | MB |");
+    let _ = write!(text, "| {what} | wall s | CPU s | points per CPU second | MB |");
     text.push_str(if compared { " MeshLab wall s | CPU s | MB |\n" } else { "\n" });
     text.push_str("|---|---|---|---|---|");
     text.push_str(if compared { "---|---|---|\n" } else { "\n" });
     for row in rows {
         let usage = row.figures.usage;
         let rate = usage.cpu.map(|cpu| row.points as f64 / cpu);
-        let _ = write!(text, "| {} | {:.2} |", row.points, usage.wall);
+        let _ = write!(text, "| {} | {:.2} |", row.name, usage.wall);
         let _ = write!(text, " {} | {} | {} |", known(usage.cpu, 2), known(rate, 0), known(usage.peak, 0));
         if compared {
             let usage = row.meshlab.unwrap_or_default();
@@ -36,6 +33,33 @@ pub fn sizes(rows: &[Row], meshlab: Option<&MeshLab>, plot: &str) -> String {
         }
         text.push('\n');
     }
+}
+
+/// Cost of the fixture.
+pub fn fixture(row: &Row) -> String {
+    let mut text = format!(
+        "## The fixture\n\n`fixtures/points/bunny.ply`, {} points, default settings, points file to mesh file.\n\n",
+        row.points
+    );
+    costs(&mut text, "cloud", std::slice::from_ref(row));
+    text
+}
+
+/// What more threads bring.
+pub fn speedup(found: &Speedup) -> String {
+    let Speedup { points, threads, one, more } = found;
+    format!(
+        "## Threads\n\n{points} points of the torus: {one:.2} s of wall time with one thread, {more:.2} s with {threads}, {:.2} times as fast.\n",
+        one / more
+    )
+}
+
+/// Cost against points, the stages, and the levels of every size.
+pub fn sizes(rows: &[Row], meshlab: Option<&MeshLab>, plot: &str) -> String {
+    let mut text = String::from(
+        "## The whole road\n\nRandom points of a torus with bumps, default settings, points file to mesh file.\n\n",
+    );
+    costs(&mut text, "points", rows);
     let cpu = exponent(rows, |row| row.figures.usage.cpu.unwrap_or(f64::NAN));
     let peak = exponent(rows, |row| row.figures.usage.peak.unwrap_or(f64::NAN));
     let _ = writeln!(

@@ -15,6 +15,7 @@ use crate::compare::process::{self, Ending, Usage};
 const LONGEST: Duration = Duration::from_secs(3 * 3600);
 
 /// The benched program.
+#[derive(Clone)]
 pub struct Program {
     pub binary: PathBuf,
     pub threads: Option<usize>,
@@ -46,6 +47,11 @@ pub struct Figures {
 }
 
 impl Program {
+    /// The same with another number of threads.
+    pub fn with_threads(&self, threads: usize) -> Self {
+        Self { threads: Some(threads), ..self.clone() }
+    }
+
     /// Runs `zeroset reconstruct` on a points file, as often as asked for.
     pub fn reconstruct(&self, input: &Path, options: &[&OsStr]) -> Result<Figures> {
         let (mesh, report) = (self.work.join("surface.ply"), self.work.join("report.json"));

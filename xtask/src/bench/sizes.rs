@@ -1,5 +1,8 @@
 //! Cost against the number of points.
 
+use std::path::{Path, PathBuf};
+use std::thread;
+
 use anyhow::Result;
 
 use super::meshlab::MeshLab;
@@ -13,9 +16,11 @@ const SEED: u64 = 1;
 /// Exponents are fitted from so many points on: below, the dense lattice costs most.
 const FITTED: usize = 10_000;
 
-/// One size.
+/// One cloud.
 pub struct Row {
     pub points: usize,
+    /// What the first column says.
+    pub name: String,
     pub figures: Figures,
     /// MeshLab on the same points.
     pub meshlab: Option<Usage>,
@@ -23,14 +28,45 @@ pub struct Row {
 
 /// Times all sizes with default settings.
 pub fn rows(program: &Program, sizes: &[usize], meshlab: Option<&MeshLab>) -> Result<Vec<Row>> {
-    let mut rows = Vec::with_capacity(sizes.len());
-    for &points in sizes {
-        let input = program.work.join(format!("torus-{points}.ply"));
-        zeroset_io::write_points(&input, &torus::points(points, SEED))?;
-        let meshlab = meshlab.and_then(|meshlab| meshlab.time(program, &input));
-        rows.push(Row { points, figures: program.reconstruct(&input, &[])?, meshlab });
+    let row = |points: &usize| row(program, &torus_file(program, *points)?, *points, points.to_string(), meshlab);
+    sizes.iter().map(row).collect()
+}
+
+/// Times the fixture of 10 000 points with default settings.
+pub fn fixture(program: &Program, root: &Path, meshlab: Option<&MeshLab>) -> Result<Row> {
+    row(program, &root.join("fixtures/points/bunny.ply"), 10_000, "bunny".into(), meshlab)
+}
+
+fn row(program: &Program, input: &Path, points: usize, name: String, meshlab: Option<&MeshLab>) -> Result<Row> {
+    let meshlab = meshlab.and_then(|meshlab| meshlab.time(program, input));
+    Ok(Row { points, name, figures: program.reconstruct(input, &[])?, meshlab })
+}
+
+/// Random points of the torus.
+fn torus_file(program: &Program, points: usize) -> Result<PathBuf> {
+    let input = program.work.join(format!("torus-{points}.ply"));
+    zeroset_io::write_points(&input, &torus::points(points, SEED))?;
+    Ok(input)
+}
+
+/// Wall time with one thread and with more.
+pub struct Speedup {
+    pub points: usize,
+    pub threads: usize,
+    pub one: f64,
+    pub more: f64,
+}
+
+/// Times points of the torus with one thread and with all those of the program; nothing where that is one as well.
+pub fn speedup(program: &Program, points: usize) -> Result<Option<Speedup>> {
+    let all = thread::available_parallelism().map_or(1, usize::from);
+    let threads = program.threads.unwrap_or(all);
+    if threads < 2 {
+        return Ok(None);
     }
-    Ok(rows)
+    let input = torus_file(program, points)?;
+    let wall = |threads| Ok::<_, anyhow::Error>(program.with_threads(threads).reconstruct(&input, &[])?.usage.wall);
+    Ok(Some(Speedup { points, threads, one: wall(1)?, more: wall(threads)? }))
 }
 
 /// The exponent of a cost against the number of points, by least squares of the logarithms; `None` with fewer than two sizes.
