@@ -96,14 +96,13 @@ pub fn run(root: &Path, arguments: &Arguments) -> Result<()> {
     part(reference::section())?;
     let meshlab = arguments.python.as_deref().map(meshlab::MeshLab::new);
     part(page::fixture(&sizes::fixture(&program, root, meshlab.as_ref())?))?;
-    let sizes = sizes(arguments.most_points);
-    if let Some(found) =
-        sizes::speedup(&program, sizes.iter().copied().filter(|size| *size <= SHARED).max().unwrap_or(FEWEST))?
+    let rows = sizes::rows(&program, &sizes(arguments.most_points), meshlab.as_ref())?;
+    part(page::sizes(&rows, meshlab.as_ref(), &plot_file(&output, "points", &sizes::plot(&rows))?))?;
+    if let Some(row) = rows.iter().rfind(|row| row.points <= SHARED)
+        && let Some(found) = sizes::speedup(&program, row)?
     {
         part(page::speedup(&found))?;
     }
-    let rows = sizes::rows(&program, &sizes, meshlab.as_ref())?;
-    part(page::sizes(&rows, meshlab.as_ref(), &plot_file(&output, "points", &sizes::plot(&rows))?))?;
     if arguments.levels {
         let levels = levels::rows(&program, arguments.level_points, arguments.level_cells)?;
         part(page::levels(&levels, arguments.level_points, &plot_file(&output, "levels", &levels::plot(&levels))?))?;

@@ -55,7 +55,6 @@ impl Done {
 /// What came of the runs.
 #[derive(Default)]
 struct Tally {
-    outcomes: BTreeMap<String, u64>,
     violations: Vec<(u64, String)>,
     done: Vec<Done>,
 }
@@ -87,7 +86,9 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let _ = std::panic::take_hook();
     let mut tally = tally.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
     println!("{} runs from seed {} in {:.0} s", arguments.runs, arguments.seed, start.elapsed().as_secs_f64());
-    for (outcome, count) in &tally.outcomes {
+    let mut outcomes = BTreeMap::<&str, u64>::new();
+    tally.done.iter().for_each(|done| *outcomes.entry(&done.outcome).or_default() += 1);
+    for (outcome, count) in &outcomes {
         println!("{count:8} {outcome}");
     }
     if let Some(path) = &arguments.table {
@@ -128,7 +129,6 @@ fn one(seed: u64, limit: Duration, tally: &Mutex<Tally>) {
             "VIOLATION".into()
         }
     };
-    *tally.outcomes.entry(outcome.clone()).or_default() += 1;
     tally.done.push(Done { seed, time, outcome, case });
 }
 

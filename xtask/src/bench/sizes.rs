@@ -19,6 +19,7 @@ const FITTED: usize = 10_000;
 /// One cloud.
 pub struct Row {
     pub points: usize,
+    input: PathBuf,
     /// What the first column says.
     pub name: String,
     pub figures: Figures,
@@ -28,25 +29,23 @@ pub struct Row {
 
 /// Times all sizes with default settings.
 pub fn rows(program: &Program, sizes: &[usize], meshlab: Option<&MeshLab>) -> Result<Vec<Row>> {
-    let row = |points: &usize| row(program, &torus_file(program, *points)?, *points, points.to_string(), meshlab);
+    let row = |points: &usize| {
+        let input = program.work.join(format!("torus-{points}.ply"));
+        zeroset_io::write_points(&input, &torus::points(*points, SEED))?;
+        row(program, input, *points, points.to_string(), meshlab)
+    };
     sizes.iter().map(row).collect()
 }
 
 /// Times the fixture of 10 000 points with default settings.
 pub fn fixture(program: &Program, root: &Path, meshlab: Option<&MeshLab>) -> Result<Row> {
-    row(program, &root.join("fixtures/points/bunny.ply"), 10_000, "bunny".into(), meshlab)
+    row(program, root.join("fixtures/points/bunny.ply"), 10_000, "bunny".into(), meshlab)
 }
 
-fn row(program: &Program, input: &Path, points: usize, name: String, meshlab: Option<&MeshLab>) -> Result<Row> {
-    let meshlab = meshlab.and_then(|meshlab| meshlab.time(program, input));
-    Ok(Row { points, name, figures: program.reconstruct(input, &[])?, meshlab })
-}
-
-/// Random points of the torus.
-fn torus_file(program: &Program, points: usize) -> Result<PathBuf> {
-    let input = program.work.join(format!("torus-{points}.ply"));
-    zeroset_io::write_points(&input, &torus::points(points, SEED))?;
-    Ok(input)
+fn row(program: &Program, input: PathBuf, points: usize, name: String, meshlab: Option<&MeshLab>) -> Result<Row> {
+    let meshlab = meshlab.and_then(|meshlab| meshlab.time(program, &input));
+    let figures = program.reconstruct(&input, &[])?;
+    Ok(Row { points, input, name, figures, meshlab })
 }
 
 /// Wall time with one thread and with more.
@@ -57,16 +56,15 @@ pub struct Speedup {
     pub more: f64,
 }
 
-/// Times points of the torus with one thread and with all those of the program; nothing where that is one as well.
-pub fn speedup(program: &Program, points: usize) -> Result<Option<Speedup>> {
+/// Times a cloud with one thread too; nothing where the program has one as well.
+pub fn speedup(program: &Program, row: &Row) -> Result<Option<Speedup>> {
     let all = thread::available_parallelism().map_or(1, usize::from);
     let threads = program.threads.unwrap_or(all);
     if threads < 2 {
         return Ok(None);
     }
-    let input = torus_file(program, points)?;
-    let wall = |threads| Ok::<_, anyhow::Error>(program.with_threads(threads).reconstruct(&input, &[])?.usage.wall);
-    Ok(Some(Speedup { points, threads, one: wall(1)?, more: wall(threads)? }))
+    let one = program.with_threads(1).reconstruct(&row.input, &[])?.usage.wall;
+    Ok(Some(Speedup { points: row.points, threads, one, more: row.figures.usage.wall }))
 }
 
 /// The exponent of a cost against the number of points, by least squares of the logarithms; `None` with fewer than two sizes.
