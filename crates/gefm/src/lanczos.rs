@@ -41,7 +41,6 @@ pub(crate) fn smallest_eigenpair(
         vector.iter_mut().for_each(|v| *v /= norm);
         image.iter_mut().for_each(|v| *v /= norm);
         let mut next_image = apply_b(&vector);
-        let mut next = solve(&next_image);
         diagonal.push(dot(&next_image, &vector));
         basis.push(std::mem::take(&mut vector));
         images.push(std::mem::take(&mut image));
@@ -49,10 +48,12 @@ pub(crate) fn smallest_eigenpair(
         for _ in 0..2 {
             for (v, u) in basis.iter().zip(&images) {
                 let share = dot(&next_image, v);
-                axpy(-share, v, &mut next);
                 axpy(-share, u, &mut next_image);
             }
         }
+        // Solved for only now, so that it fits its image however little was left of that. Where few points end the Krylov
+        // space, rounding errors are left; a vector that does not belong to its image would be taken for an eigenvector.
+        let next = solve(&next_image);
         norm = dot(&next, &next_image).max(0.0).sqrt();
 
         let exhausted = norm <= 1e-14 * diagonal[0] || step == most_steps;
