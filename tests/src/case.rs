@@ -38,41 +38,33 @@ impl Case {
     fn in_the_plane(random: &mut Random) -> Self {
         let shape = Shape2::ALL[random.below(Shape2::ALL.len())];
         let resolution = if random.one_in(2) { None } else { Some(8 + random.below(56)) };
-        // By itself a lattice has as many cells along a side as there are points, and where there is no curve all of them are tried.
-        let most = match resolution {
-            _ if random.one_in(8) => 12,
-            None => 120,
-            Some(_) => 300,
-        };
-        let count = 4 + random.below(most);
-        let points = (0..count).map(|_| shape.point(random)).collect();
-        let (points, what) = mistreated(points, random);
         let mut options = options(resolution, random);
         if options.degree != 3 {
             // One dense lattice, as fine as the densest part needs, takes minutes.
             options.resolution = options.resolution.or(Some(48));
         }
+        // By itself a lattice has as many cells along a side as there are points, and where there is no curve all of them are tried.
+        let most = if options.resolution.is_none() { 120 } else { 300 };
+        let count = 4 + count_below(most, random);
+        let points = (0..count).map(|_| shape.point(random)).collect();
+        let (points, what) = mistreated(points, farthest(&options), random);
         Self { name: format!("{shape:?}: {count} points{what}"), cloud: Cloud::Two(points), options }
     }
 
     fn in_space(random: &mut Random) -> Self {
         let shape = Shape3::ALL[random.below(Shape3::ALL.len())];
-        // By itself, or from 14 cells on, a run takes longer.
-        let resolution = if random.one_in(20) { None } else { Some(8 + random.below(6)) };
-        let most = match resolution {
-            _ if random.one_in(8) => 12,
-            None => 60,
-            Some(_) => 250,
-        };
-        let count = 5 + random.below(most);
-        let points = (0..count).map(|_| shape.point(random)).collect();
-        let (points, what) = mistreated(points, random);
+        // By itself, or from 12 cells on, a run takes longer.
+        let resolution = if random.one_in(20) { None } else { Some(8 + random.below(4)) };
         let mut options = options(resolution, random);
         if options.degree > 3 {
-            // Each point meets 125 coefficients, or 216, in place of 64.
+            // Each point meets 125 coefficients, or 216, in place of 64, and the matrices, factored for every smoothing length that
+            // is tried, are nearly full.
             options.resolution = Some(8);
+            options.smoothing = options.smoothing.or(Some(0.05));
+            options.margin = None;
+            options.refine &= options.degree < 5;
         } else if options.degree != 3 {
-            options.resolution = options.resolution.or(Some(12));
+            options.resolution = options.resolution.or(Some(10));
         }
         if options.topology == Topology::Paper {
             // Its matrix is factored time and again: half a minute where a margin makes the lattice larger.
@@ -80,12 +72,36 @@ impl Case {
             options.resolution = Some(8);
             options.degree = options.degree.min(3);
         }
+        let most = match options.resolution {
+            None => 12,
+            Some(_) if options.degree > 3 => 40,
+            Some(_) => 150,
+        };
+        let count = 5 + count_below(most, random);
+        let points = (0..count).map(|_| shape.point(random)).collect();
+        let (points, what) = mistreated(points, farthest(&options), random);
         Self { name: format!("{shape:?}: {count} points{what}"), cloud: Cloud::Three(points), options }
     }
 }
 
+/// Now and then a very small one.
+fn count_below(most: usize, random: &mut Random) -> usize {
+    let most = if random.one_in(8) { 12 } else { most };
+    random.below(most)
+}
+
+/// How far off outliers may be. Without a resolution every smoothing length down to the spacing near the origin is tried, and with
+/// high degrees each takes long.
+fn farthest(options: &Options) -> f64 {
+    if options.resolution.is_none() || options.degree > 3 { 1e2 } else { 1e6 }
+}
+
 /// Does to points what scanners and programs do to them; says what.
-fn mistreated<const D: usize>(mut points: Vec<[f64; D]>, random: &mut Random) -> (Vec<[f64; D]>, String) {
+fn mistreated<const D: usize>(
+    mut points: Vec<[f64; D]>,
+    farthest: f64,
+    random: &mut Random,
+) -> (Vec<[f64; D]>, String) {
     let mut what = String::new();
     let mut said = |text: String| what += &format!(", {text}");
     if random.one_in(3) {
@@ -105,7 +121,7 @@ fn mistreated<const D: usize>(mut points: Vec<[f64; D]>, random: &mut Random) ->
         said(format!("flattened to {by:.1e}"));
     }
     if random.one_in(4) {
-        let (count, far) = (1 + random.below(8), 10f64.powf(6.0 * random.uniform() * random.uniform()));
+        let (count, far) = (1 + random.below(8), farthest.powf(random.uniform() * random.uniform()));
         points.extend((0..count).map(|_| std::array::from_fn::<_, D, _>(|_| far * (2.0 * random.uniform() - 1.0))));
         said(format!("{count} outliers within {far:.1e}"));
     }
