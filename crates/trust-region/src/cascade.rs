@@ -197,14 +197,14 @@ impl<'a, const D: usize> Cascade<'a, D> {
         let (mut spread, mut idle) = (objective.spread(&current), 0);
         for (index, mut length) in lengths.into_iter().enumerate() {
             let before = self.options.noise.map(|noise| (noise, current.clone()));
-            let mut step = self.step(&objective, &mut current, &mut total, length);
+            let mut step;
+            (current, step) = self.step(&objective, current, &mut total, length);
             if let Some((noise, before)) = before {
                 let found = objective.spread(&current);
                 self.at_noise = found <= noise;
                 if let (true, Some(last)) = (self.at_noise, steps.last()) {
                     length = at_target((last.smoothing_length, spread), (length, found), noise);
-                    current = before;
-                    step = self.step(&objective, &mut current, &mut total, length);
+                    (current, step) = self.step(&objective, before, &mut total, length);
                 }
                 spread = found;
             }
@@ -260,41 +260,41 @@ impl<'a, const D: usize> Cascade<'a, D> {
         self.options.lengths(first, if finer { COARSE * cell } else { 0.0 })
     }
 
-    /// One Gauss–Newton step inside a trust region that shrinks until the objective falls.
+    /// One Gauss–Newton step inside a trust region that shrinks until the objective falls. Gives the state that is kept.
     fn step(
         &self,
         objective: &LevelObjective<'_, D>,
-        current: &mut LevelState<D>,
+        current: LevelState<D>,
         total: &mut BlockField<D>,
         smoothing_length: f64,
-    ) -> LevelStep {
+    ) -> (LevelState<D>, LevelStep) {
         let weight = self.options.weight(smoothing_length, self.share);
         let before = current.objective(weight);
         let (most_steps, tolerance) = (self.options.cg_steps, self.options.cg_tolerance);
         let mut truncation = Truncation { most_steps, tolerance, radius: f64::INFINITY };
-        let (mut gain_ratio, mut accepted, mut cg_steps) = (f64::NAN, false, 0);
-        let (operator, right) = objective.model(current, weight);
+        let (mut gain_ratio, mut next, mut cg_steps) = (f64::NAN, None, 0);
+        let (operator, right) = objective.model(&current, weight);
+        // What else is known of them takes memory, and is worked out again in case that no step is taken.
+        let corrections = current.into_corrections();
         for _ in 0..ATTEMPTS {
             let step = solve_truncated(&operator, &right, &truncation);
             cg_steps += step.steps;
-            let moved = current.corrections.iter().zip(&step.x).map(|(c, x)| c + x).collect();
+            let moved = corrections.iter().zip(&step.x).map(|(c, x)| c + x).collect();
             let trial = objective.at(moved, total);
             // The model is that of R / 2.
             gain_ratio = (before - trial.objective(weight)) / (2.0 * step.predicted_decrease);
-            accepted = gain_ratio > ACCEPT;
-            if accepted {
-                *current = trial;
+            if gain_ratio > ACCEPT {
+                next = Some(trial);
                 break;
             }
             truncation.radius = 0.5 * step.norm;
         }
-        if !accepted {
-            // `total` is to hold the current function again.
-            *current = objective.at(std::mem::take(&mut current.corrections), total);
-        }
-        let objectives = [before, current.objective(weight)];
-        let errors = objective.errors(current, total, &self.judge);
-        LevelStep { weight, smoothing_length, gain_ratio, accepted, cg_steps, objective: objectives, errors }
+        let accepted = next.is_some();
+        // `total` is to hold the function that is kept.
+        let kept = next.unwrap_or_else(|| objective.at(corrections, total));
+        let objectives = [before, kept.objective(weight)];
+        let errors = objective.errors(&kept, total, &self.judge);
+        (kept, LevelStep { weight, smoothing_length, gain_ratio, accepted, cg_steps, objective: objectives, errors })
     }
 }
 

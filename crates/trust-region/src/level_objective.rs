@@ -198,6 +198,11 @@ pub(crate) struct LevelState<const D: usize> {
 }
 
 impl<const D: usize> LevelState<D> {
+    /// The corrections alone.
+    pub(crate) fn into_corrections(self) -> Vec<f64> {
+        self.corrections
+    }
+
     /// `R` for a weight.
     pub(crate) fn objective(&self, weight: f64) -> f64 {
         self.sampson.error + self.slope_error + dot(&self.lacks, &self.lacks) + weight * self.energy
