@@ -137,6 +137,8 @@ pub fn extract_curve(reconstruction: &mut Reconstruction<2>) -> Result<(Curves, 
     for vertex in curves.loops.iter_mut().chain(&mut curves.paths).flatten() {
         *vertex = reconstruction.frame.to_data(vertex);
     }
+    curves.loops.iter_mut().for_each(|cycle| told_once(cycle, true));
+    curves.paths.iter_mut().for_each(|path| told_once(path, false));
     let topology = curves.topology();
     if let Some(initial) = reconstruction.initial.as_ref().filter(|_| !reconstruction.open) {
         let before =
@@ -150,13 +152,26 @@ pub fn extract_curve(reconstruction: &mut Reconstruction<2>) -> Result<(Curves, 
         }
     }
     let figures = Figures::Curve {
-        vertices: all.len(),
+        vertices: curves.loops.iter().chain(&curves.paths).map(Vec::len).sum(),
         unsupported_length: closes.extent / reconstruction.frame.scale,
         unsupported_share: closes.share,
         topology,
     };
     finish(reconstruction, start, found, figures, closes, uncovered);
     Ok((curves, topology))
+}
+
+/// Leaves out vertices that are where the one before is: far from the origin, numbers of 64 bits do not tell all of them apart. A line
+/// of which too few vertices would be left stays as it is.
+fn told_once(line: &mut Vec<[f64; 2]>, closed: bool) {
+    let mut different = line.clone();
+    different.dedup();
+    if closed && different.len() > 1 && different.first() == different.last() {
+        different.pop();
+    }
+    if different.len() >= if closed { 3 } else { 2 } {
+        *line = different;
+    }
 }
 
 /// What the zero set is, in the data's unit.
@@ -336,4 +351,24 @@ fn finish<const D: usize>(
     let seconds = start.elapsed().as_secs_f64();
     let figures = StageFigures::Extraction(ExtractionReport { found, unsupported: closes.stray, uncovered, zero_set });
     report.stages.push(StageReport { seconds, figures });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::told_once;
+
+    fn told(line: &[[f64; 2]], closed: bool) -> Vec<[f64; 2]> {
+        let mut line = line.to_vec();
+        told_once(&mut line, closed);
+        line
+    }
+
+    #[test]
+    fn vertices_in_one_place_are_told_once() {
+        let [a, b, c] = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
+        assert_eq!(told(&[a, a, b, c, c, a], true), [a, b, c]);
+        assert_eq!(told(&[a, b, b, c, a], false), [a, b, c, a], "a path may end where it begins");
+        assert_eq!(told(&[a, b, b], true), [a, b, b], "a loop of two vertices would be none");
+        assert_eq!(told(&[a, a], false), [a, a]);
+    }
 }
