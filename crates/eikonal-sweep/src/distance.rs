@@ -142,24 +142,25 @@ pub fn distance<const D: usize>(
     let h = lattice.spacing();
     let ghosted = Ghosted::new(lattice.shape());
     let to_frame = |squared: f64| squared.sqrt() * h;
-    let (values, nearest, swept) = match options.method {
+    // On a thread of the pool, which would otherwise be woken for each of many short tasks.
+    let (values, nearest, swept) = rayon::scope(|_| match options.method {
         Method::Godunov => {
             let near = near_field(&ghosted, &points, options.exact_radius);
             let (u, swept) = godunov(&ghosted, near, options.exact_radius, options.rounds);
-            (ghosted.strip(&u, |u| u * h), None, Some(swept))
+            Ok((ghosted.strip(&u, |u| u * h), None, Some(swept)))
         }
         Method::ClosestPoint => {
-            let mut near = near_field(&ghosted, &points, options.exact_radius);
-            let swept = closest_point(&ghosted, &points, &mut near, options.rounds);
+            let near = near_field(&ghosted, &points, options.exact_radius);
+            let (near, swept) = closest_point(&ghosted, &points, near, options.rounds);
             let values = ghosted.strip(&near.squared, to_frame);
             let nearest = ghosted.strip(&near.nearest, |index| index);
-            (values, Some(nearest), Some(swept))
+            Ok((values, Some(nearest), Some(swept)))
         }
         Method::Exact => {
             let (squared, nearest) = exact(lattice.shape(), &points)?;
-            (squared.into_iter().map(to_frame).collect(), Some(nearest), None)
+            Ok((squared.into_iter().map(to_frame).collect(), Some(nearest), None))
         }
-    };
+    })?;
     debug_assert!(values.iter().all(|d| d.is_finite() && *d >= 0.0), "every node is reached");
     let shape = lattice.shape();
     let report = Report {

@@ -1,5 +1,7 @@
 //! Lattice arrays with a layer of ghost nodes around them.
 
+use rayon::prelude::*;
+
 /// Index arithmetic of a C-ordered array with one ghost node beyond each end of each axis.
 ///
 /// Ghosts hold what "no neighbour" means (an infinite distance, no sample), which turns the interior scheme of eq. 12
@@ -69,12 +71,16 @@ impl<const D: usize> Ghosted<D> {
     }
 
     /// The values without the ghosts, each passed through `map`.
-    pub(crate) fn strip<A: Copy, B>(&self, ghosted: &[A], mut map: impl FnMut(A) -> B) -> Vec<B> {
-        let mut values = Vec::with_capacity(self.shape.iter().product());
-        for number in 0..self.row_count() {
+    pub(crate) fn strip<A: Copy + Sync, B: Clone + Default + Send>(
+        &self,
+        ghosted: &[A],
+        map: impl Fn(A) -> B + Sync,
+    ) -> Vec<B> {
+        let mut values = vec![B::default(); self.shape.iter().product()];
+        values.par_chunks_mut(self.row_len()).enumerate().with_min_len(64).for_each(|(number, row)| {
             let start = self.row(number, [true; D]).start;
-            values.extend(ghosted[start..start + self.row_len()].iter().map(|&value| map(value)));
-        }
+            row.iter_mut().zip(&ghosted[start..]).for_each(|(value, ghosted)| *value = map(*ghosted));
+        });
         values
     }
 }

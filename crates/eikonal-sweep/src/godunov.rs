@@ -1,8 +1,11 @@
 //! The paper's fast sweeping: Godunov's upwind scheme, eqs. 12 and 13, solved by Gauss–Seidel sweeps.
 
-use crate::ghost::{Ghosted, Row};
+use rayon::prelude::*;
+
+use crate::ghost::Ghosted;
 use crate::near_field::NearField;
 use crate::sweep::{Swept, sweep};
+use crate::tiles::{Field, Parts, Tile};
 
 /// Excess of the left-hand side of eq. 12 over h², relative, below which a node counts as solved.
 ///
@@ -60,32 +63,56 @@ pub(crate) fn godunov<const D: usize>(
 ) -> (Vec<f64>, Swept) {
     let mut u = near.squared;
     let exact = (radius as f64).powi(2);
-    let fixed: Vec<bool> = u.iter().map(|&squared| squared < exact).collect();
-    for value in &mut u {
-        *value = value.sqrt();
-    }
-    let n = ghosted.row_len();
-    let strides = ghosted.strides();
-    // u_xmin and u_ymin of eq. 12 along a row; the second stays infinite in the plane.
-    let mut across = [vec![f64::INFINITY; n], vec![f64::INFINITY; n]];
-    let swept = sweep(ghosted, rounds, |Row { start, .. }, forwards| {
-        for axis in 0..D - 1 {
-            let below = &u[start - strides[axis]..][..n];
-            let above = &u[start + strides[axis]..][..n];
-            for ((least, &below), &above) in across[axis].iter_mut().zip(below).zip(above) {
-                *least = min(below, above);
+    let fixed: Vec<bool> = u.par_iter().with_min_len(1 << 14).map(|squared| *squared < exact).collect();
+    u.par_iter_mut().with_min_len(1 << 14).for_each(|value| *value = value.sqrt());
+    let mut distances = Distances { u, fixed };
+    let swept = sweep(ghosted, rounds, &mut distances);
+    (distances.u, swept)
+}
+
+/// Distances in lattice units, infinite where unknown, and which of them stay as they are.
+struct Distances {
+    u: Vec<f64>,
+    fixed: Vec<bool>,
+}
+
+impl<const D: usize> Field<D> for Distances {
+    fn relax(&mut self, lattice: &Ghosted<D>, _: [usize; D], forwards: [bool; D]) -> f64 {
+        let Self { u, fixed } = self;
+        let n = lattice.row_len();
+        let strides = lattice.strides();
+        // u_xmin and u_ymin of eq. 12 along a row; the second stays infinite in the plane.
+        let mut across = [vec![f64::INFINITY; n], vec![f64::INFINITY; n]];
+        let mut largest = 0.0_f64;
+        for number in 0..lattice.row_count() {
+            let start = lattice.row(number, forwards).start;
+            for axis in 0..D - 1 {
+                let below = &u[start - strides[axis]..][..n];
+                let above = &u[start + strides[axis]..][..n];
+                for ((least, &below), &above) in across[axis].iter_mut().zip(below).zip(above) {
+                    *least = min(below, above);
+                }
             }
+            // With one ghost at each end.
+            let row = &mut u[start - 1..][..n + 2];
+            let fixed = &fixed[start..][..n];
+            let decrease = if forwards[D - 1] {
+                relax_row::<true>(row, &across[0], &across[1], fixed)
+            } else {
+                relax_row::<false>(row, &across[0], &across[1], fixed)
+            };
+            largest = largest.max(decrease);
         }
-        // With one ghost at each end.
-        let row = &mut u[start - 1..][..n + 2];
-        let fixed = &fixed[start..][..n];
-        if forwards {
-            relax_row::<true>(row, &across[0], &across[1], fixed)
-        } else {
-            relax_row::<false>(row, &across[0], &across[1], fixed)
-        }
-    });
-    (u, swept)
+        largest
+    }
+
+    fn part(&self, tile: &Tile<'_, D>) -> Self {
+        Self { u: tile.part(&self.u), fixed: tile.part(&self.fixed) }
+    }
+
+    fn put_back(&mut self, parts: &Parts<'_, '_, D, Self>) {
+        parts.copy_to(&mut self.u, |part| &part.u);
+    }
 }
 
 /// One Gauss–Seidel pass along a row, u ← min(u, ũ), h = 1; returns the largest decrease.

@@ -61,6 +61,7 @@ mod godunov;
 mod lattice;
 mod near_field;
 mod sweep;
+mod tiles;
 
 pub use distance::{Distance, Error, Method, Options, Report, distance};
 pub use lattice::{Lattice, LatticeError};

@@ -1,5 +1,9 @@
 //! Initialization (step 2 of the paper's fast sweeping): exact distances near the points.
 
+use std::array::from_fn;
+
+use rayon::prelude::*;
+
 use crate::ghost::Ghosted;
 
 /// Marks a node that no sample has reached yet.
@@ -18,42 +22,48 @@ pub(crate) struct NearField {
 /// A point less than `radius` cells from a node has that node in its block. So if the least distance a node was
 /// offered is below `radius`, it is the distance to the nearest of all points; if not, it is an upper bound. A
 /// point outside the box counts as being in the boundary cell closest to it.
+///
+/// Of samples at the same distance the first one is kept.
 pub(crate) fn near_field<const D: usize>(ghosted: &Ghosted<D>, points: &[[f64; D]], radius: usize) -> NearField {
     let mut squared = vec![f64::INFINITY; ghosted.len()];
     let mut nearest = vec![NONE; ghosted.len()];
     let shape = ghosted.shape();
-    for (index, point) in points.iter().enumerate() {
-        let cell: [usize; D] = std::array::from_fn(|axis| {
-            // The clamp comes first: the cast saturates only far outside the box.
-            point[axis].floor().clamp(0.0, (shape[axis] - 2) as f64) as usize
-        });
-        let low: [usize; D] = std::array::from_fn(|axis| (cell[axis] + 1).saturating_sub(radius));
-        let high: [usize; D] = std::array::from_fn(|axis| cell[axis].saturating_add(radius).min(shape[axis] - 1));
-        let mut node = low;
-        'block: loop {
-            let across: f64 = (0..D - 1).map(|axis| (node[axis] as f64 - point[axis]).powi(2)).sum();
-            let start = ghosted.position(node);
-            for (step, k) in (low[D - 1]..=high[D - 1]).enumerate() {
-                let offered = across + (k as f64 - point[D - 1]).powi(2);
-                if offered < squared[start + step] {
-                    squared[start + step] = offered;
-                    nearest[start + step] = index as u32;
+    // The clamp comes first: the cast saturates only far outside the box.
+    let cell = |point: &[f64; D], axis: usize| point[axis].floor().clamp(0.0, (shape[axis] - 2) as f64) as usize;
+    let by_plane = |(index, point): (usize, &[f64; D])| (cell(point, 0), index as u32);
+    let mut order: Vec<(usize, u32)> = points.par_iter().enumerate().map(by_plane).collect();
+    order.par_sort_unstable();
+    let from = |plane: usize| order.partition_point(|(cell, _)| *cell < plane);
+    let plane = ghosted.strides()[0];
+    let planes = squared.par_chunks_mut(plane).zip(nearest.par_chunks_mut(plane)).skip(1).take(shape[0]);
+    planes.enumerate().for_each(|(i, (squared, nearest))| {
+        for (_, index) in &order[from(i.saturating_sub(radius))..from(i.saturating_add(radius))] {
+            let point = &points[*index as usize];
+            let [low, high] = [0, 1].map(|side| -> [usize; D] {
+                from_fn(|axis| match (axis, side) {
+                    (0, _) => i,
+                    (_, 0) => (cell(point, axis) + 1).saturating_sub(radius),
+                    _ => cell(point, axis).saturating_add(radius).min(shape[axis] - 1),
+                })
+            });
+            let rows = if D == 3 { low[1]..=high[1] } else { 0..=0 };
+            for j in rows {
+                let mut node = low;
+                if D == 3 {
+                    node[1] = j;
                 }
-            }
-            let mut axis = D - 1;
-            loop {
-                if axis == 0 {
-                    break 'block;
+                let across: f64 = (0..D - 1).map(|axis| (node[axis] as f64 - point[axis]).powi(2)).sum();
+                let start = ghosted.position(node) - (i + 1) * plane;
+                for (step, k) in (low[D - 1]..=high[D - 1]).enumerate() {
+                    let offered = across + (k as f64 - point[D - 1]).powi(2);
+                    let (squared, nearest) = (&mut squared[start + step], &mut nearest[start + step]);
+                    if offered < *squared || (offered == *squared && *index < *nearest) {
+                        (*squared, *nearest) = (offered, *index);
+                    }
                 }
-                axis -= 1;
-                if node[axis] < high[axis] {
-                    node[axis] += 1;
-                    break;
-                }
-                node[axis] = low[axis];
             }
         }
-    }
+    });
     NearField { squared, nearest }
 }
 
@@ -107,5 +117,13 @@ mod tests {
         let expected: Vec<usize> =
             [6, 7, 8].iter().flat_map(|&i| [0, 1, 2].map(|j| ghosted.position([i, j]))).collect();
         assert_eq!(reached, expected);
+    }
+
+    #[test]
+    fn of_samples_at_the_same_distance_the_first_is_kept() {
+        let ghosted = Ghosted::new(SHAPE);
+        // The second is in the cell before.
+        let near = near_field(&ghosted, &[[3.5, 2.0], [2.5, 2.0]], 2);
+        assert_eq!(near.nearest[ghosted.position([3, 2])], 0);
     }
 }

@@ -1,6 +1,7 @@
 //! The 2^D sweep orders of section 4 of the paper (3.1 to 3.8) and the loop over them.
 
-use crate::ghost::{Ghosted, Row};
+use crate::ghost::Ghosted;
+use crate::tiles::{Field, Tiles};
 
 /// Direction of each axis in sweep `number` (0-based): `true` is 1 : I, `false` is I : 1.
 ///
@@ -18,22 +19,12 @@ pub(crate) struct Swept {
 
 /// Runs `rounds` rounds of 2^D sweeps, or fewer: both schemes look at the neighbours on all sides, whatever the
 /// order, so a sweep that changes nothing proves a fixed point.
-///
-/// `relax` updates one row in the given direction of the last axis and returns the largest decrease in it.
-pub(crate) fn sweep<const D: usize>(
-    ghosted: &Ghosted<D>,
-    rounds: usize,
-    mut relax: impl FnMut(Row<D>, bool) -> f64,
-) -> Swept {
+pub(crate) fn sweep<const D: usize>(lattice: &Ghosted<D>, rounds: usize, field: &mut impl Field<D>) -> Swept {
+    let tiles = Tiles::new(lattice);
     let mut swept = Swept { sweeps: 0, last_change: 0.0 };
     for number in 0..rounds.saturating_mul(1 << D) {
-        let forwards = sweep_order::<D>(number);
         swept.sweeps += 1;
-        swept.last_change = 0.0;
-        for row in 0..ghosted.row_count() {
-            let decrease = relax(ghosted.row(row, forwards), forwards[D - 1]);
-            swept.last_change = swept.last_change.max(decrease);
-        }
+        swept.last_change = tiles.relax(field, sweep_order(number));
         if swept.last_change == 0.0 {
             break;
         }
