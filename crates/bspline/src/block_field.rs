@@ -92,7 +92,10 @@ impl<const D: usize> BlockField<D> {
     /// If the sets have different numbers of blocks.
     #[track_caller]
     pub fn assign(&mut self, other: &Self) {
-        self.values.copy_from_slice(&other.values);
+        assert_eq!(self.values.len(), other.values.len(), "as many blocks");
+        let blocks = self.values.par_chunks_exact_mut(IndexSet::<D>::BLOCK);
+        let others = other.values.par_chunks_exact(IndexSet::<D>::BLOCK);
+        blocks.zip(others).with_min_len(64).for_each(|(block, other)| block.copy_from_slice(other));
     }
 
     /// Adds numbers given on the members of a subset, in their order.

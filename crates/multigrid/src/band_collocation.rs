@@ -95,14 +95,17 @@ impl<const D: usize> BandCollocation<D> {
             }),
         };
         let places: Vec<Place<D>> = keys.par_iter().with_min_len(1024).map(place).collect();
-        let mut blocks = Vec::new();
         let mut from = 0;
-        for group in keys.chunk_by(|a, b| a.0 == b.0) {
-            let start = group[0].0.map(|block| i64::from(block) * SIDE as i64);
-            blocks.push(Block::new(start, &places[from..from + group.len()], from));
+        let of_block = |group: &[([u32; D], _, _)]| {
             from += group.len();
-        }
-        Self { sides: level.cell_sides(), indices: keys.into_iter().map(|key| key.2).collect(), places, blocks }
+            (group[0].0.map(|block| i64::from(block) * SIDE as i64), from - group.len()..from)
+        };
+        let points_of_blocks: Vec<_> = keys.chunk_by(|a, b| a.0 == b.0).map(of_block).collect();
+        let block =
+            |(start, points): ([i64; D], Range<usize>)| Block::new(start, &places[points.clone()], points.start);
+        let blocks = points_of_blocks.into_par_iter().with_min_len(FEW).map(block).collect();
+        let indices = keys.par_iter().with_min_len(1024).map(|key| key.2).collect();
+        Self { sides: level.cell_sides(), indices, places, blocks }
     }
 
     /// Those of the points, by their place in the order of this collocation, for which `keep` is true.

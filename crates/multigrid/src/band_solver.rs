@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use crate::band_operator::BandOperator;
 use crate::step_norm::StepNorm;
-use crate::vectors::{PIECE, add_scaled, dot};
+use crate::vectors::{PIECE, add_scaled, inner_product};
 
 /// When to end a solve.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -68,7 +68,7 @@ pub fn solve_truncated<const D: usize>(operator: &BandOperator<'_, D>, b: &[f64]
         }
         operator.apply(&direction, &mut applied);
         steps += 1;
-        let alpha = square / dot(&direction, &applied);
+        let alpha = square / inner_product(&direction, &applied);
         if !(alpha.is_finite() && alpha > 0.0) {
             end = StepEnd::Flat;
             break;
@@ -92,7 +92,7 @@ pub fn solve_truncated<const D: usize>(operator: &BandOperator<'_, D>, b: &[f64]
         turn(beta, &residual, diagonal, &mut direction);
     }
     // With r = b − Ax the decrease bᵀx − ½ xᵀAx is ½ xᵀ(b + r).
-    let predicted_decrease = 0.5 * (dot(&x, b) + dot(&x, &residual));
+    let predicted_decrease = 0.5 * (inner_product(&x, b) + inner_product(&x, &residual));
     BandStep { x, norm: norm.length(), predicted_decrease, steps, end }
 }
 

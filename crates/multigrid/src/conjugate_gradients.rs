@@ -1,7 +1,7 @@
 //! Conjugate gradients preconditioned by the V-cycle.
 
 use crate::multigrid::Multigrid;
-use crate::vectors::{add_scaled, dot, scale_and_add};
+use crate::vectors::{add_scaled, inner_product, scale_and_add};
 
 /// Settings of [`Multigrid::solve`].
 #[derive(Debug, Clone, PartialEq)]
@@ -59,8 +59,8 @@ impl<const D: usize> Multigrid<D> {
         if !from_zero {
             self.apply(x, &mut applied);
             if options.scale_start {
-                let energy = dot(x, &applied);
-                let factor = if energy > 0.0 { dot(right, x) / energy } else { 0.0 };
+                let energy = inner_product(x, &applied);
+                let factor = if energy > 0.0 { inner_product(right, x) / energy } else { 0.0 };
                 x.iter_mut().for_each(|x| *x *= factor);
                 add_scaled(&mut residual, -factor, &applied);
             } else {
@@ -68,13 +68,13 @@ impl<const D: usize> Multigrid<D> {
             }
         }
         self.precondition(&residual, &mut z);
-        let mut square = dot(&residual, &z);
+        let mut square = inner_product(&residual, &z);
         let right_norm = match options.right_norm {
             Some(norm) => norm,
             None if from_zero => square.sqrt(),
             None => {
                 self.precondition(right, &mut applied);
-                dot(right, &applied).sqrt()
+                inner_product(right, &applied).sqrt()
             }
         };
         // Nothing on the right: what remains of the start is measured by itself.
@@ -90,7 +90,7 @@ impl<const D: usize> Multigrid<D> {
         let mut direction = z.clone();
         while !report.converged && report.iterations < options.most_iterations {
             self.apply(&direction, &mut applied);
-            let step = square / dot(&direction, &applied);
+            let step = square / inner_product(&direction, &applied);
             // The limit of f64, or numbers that were not finite.
             if !(step.is_finite() && step > 0.0) {
                 break;
@@ -98,13 +98,13 @@ impl<const D: usize> Multigrid<D> {
             add_scaled(x, step, &direction);
             add_scaled(&mut residual, -step, &applied);
             self.precondition(&residual, &mut z);
-            let before = std::mem::replace(&mut square, dot(&residual, &z));
+            let before = std::mem::replace(&mut square, inner_product(&residual, &z));
             scale_and_add(&mut direction, square / before, &z);
             report.iterations += 1;
             report.residuals.push(square.sqrt() / unit);
             report.converged = square.sqrt() <= options.tolerance * right_norm;
         }
-        report.energy = dot(x, right) - dot(x, &residual);
+        report.energy = inner_product(x, right) - inner_product(x, &residual);
         report
     }
 }

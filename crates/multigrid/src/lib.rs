@@ -94,3 +94,4 @@ pub use multigrid::{Multigrid, MultigridError};
 pub use normal_matrix::{NormalEquations, NormalMatrix};
 pub use normal_operator::{NormalOperator, OperatorError};
 pub use step_norm::StepNorm;
+pub use vectors::inner_product;

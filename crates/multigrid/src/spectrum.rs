@@ -1,6 +1,6 @@
 //! The largest eigenvalue of a preconditioned operator.
 
-use crate::vectors::{add_scaled, dot, scale_and_add};
+use crate::vectors::{add_scaled, inner_product, scale_and_add};
 
 /// By how much the estimate is raised, since Lanczos's method approaches from below.
 const SAFETY: f64 = 1.1;
@@ -29,7 +29,7 @@ pub(crate) fn largest_eigenvalue(
     let (mut before, mut beta, mut former) = (0.0, 0.0, 1.0);
     for step in 0..steps.min(size) {
         preconditioner(&residual, &mut z);
-        let norm = dot(&residual, &z);
+        let norm = inner_product(&residual, &z);
         if !(norm.is_finite() && norm > 0.0) {
             break;
         }
@@ -39,7 +39,7 @@ pub(crate) fn largest_eigenvalue(
         }
         scale_and_add(&mut p, beta, &z);
         apply(&p, &mut applied);
-        let alpha = norm / dot(&p, &applied);
+        let alpha = norm / inner_product(&p, &applied);
         if !(alpha.is_finite() && alpha > 0.0) {
             break;
         }

@@ -184,7 +184,7 @@ fn last_axis(map: &AxisMap, input: &[f64], columns: usize, out: &mut [f64], rows
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::vectors::dot;
+    use crate::vectors::inner_product;
     use zeroset_bspline::Spline;
 
     fn check<const D: usize>(coarse: [KnotVector; D]) {
@@ -201,7 +201,7 @@ mod tests {
         let mut down = vec![f64::NAN; size(&coarse)];
         transfer.restrict(&g, &mut down);
         // Sums of a few thousand products of size one.
-        assert!((dot(&up, &g) - dot(&f, &down)).abs() < 1e-10);
+        assert!((inner_product(&up, &g) - inner_product(&f, &down)).abs() < 1e-10);
     }
 
     #[test]

@@ -9,8 +9,8 @@ pub(crate) const PIECE: usize = 1 << 12;
 /// Below this length tasks are not worth their overhead.
 const FEW: usize = 1 << 17;
 
-/// `Σ aᵢ bᵢ`.
-pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
+/// `Σ aᵢ bᵢ`, the same for any number of threads: of each 4096 numbers first, then of these sums from the first to the last.
+pub fn inner_product(a: &[f64], b: &[f64]) -> f64 {
     let piece = |(a, b): (&[f64], &[f64])| Arch::new().dispatch(Dot(a, b));
     if a.len() < FEW {
         a.chunks(PIECE).zip(b.chunks(PIECE)).map(piece).sum()
@@ -74,13 +74,13 @@ mod tests {
     #[test]
     fn long_products_are_the_same_for_any_number_of_threads() {
         let exact = (0..LENGTH as i64).map(|i| (i * 7 % 101 - 50) * (i * 13 % 101 - 50)).sum::<i64>();
-        assert_eq!(dot(&whole(LENGTH, 7), &whole(LENGTH, 13)), exact as f64);
+        assert_eq!(inner_product(&whole(LENGTH, 7), &whole(LENGTH, 13)), exact as f64);
         // Now with rounding: the sums of pieces, from the first to the last.
         let (a, b): (Vec<f64>, Vec<f64>) = (0..LENGTH).map(|i| (1.0 / (i + 1) as f64, (i as f64).sin())).unzip();
-        let pieces: f64 = a.chunks(PIECE).zip(b.chunks(PIECE)).map(|(a, b)| dot(a, b)).sum();
+        let pieces: f64 = a.chunks(PIECE).zip(b.chunks(PIECE)).map(|(a, b)| inner_product(a, b)).sum();
         for threads in [1, 3] {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            assert_eq!(pool.install(|| dot(&a, &b)), pieces, "{threads} threads");
+            assert_eq!(pool.install(|| inner_product(&a, &b)), pieces, "{threads} threads");
         }
     }
 

@@ -1,12 +1,13 @@
 //! The cascade: one level after the other, each with everything coarser fixed.
 
+use rayon::prelude::*;
 use std::sync::Arc;
 use std::time::Instant;
 use zeroset_bspline::{BlockField, CellBand, Derivatives, HierarchicalSpline, Implicit, Level, Spline};
 use zeroset_multigrid::{Truncation, solve_truncated};
 
 use crate::iteration::ACCEPT;
-use crate::level_objective::{Judge, LevelObjective, LevelState, Weighted, squared_distance};
+use crate::level_objective::{CHUNK, Judge, LevelObjective, LevelState, Weighted, squared_distance};
 use crate::level_options::{LevelError, LevelOptions};
 use crate::level_report::{LevelErrors, LevelStep, LevelSummary};
 use crate::rows::dot;
@@ -279,7 +280,7 @@ impl<'a, const D: usize> Cascade<'a, D> {
         for _ in 0..ATTEMPTS {
             let step = solve_truncated(&operator, &right, &truncation);
             cg_steps += step.steps;
-            let moved = corrections.iter().zip(&step.x).map(|(c, x)| c + x).collect();
+            let moved = corrections.par_iter().zip(&step.x).with_min_len(CHUNK).map(|(c, x)| c + x).collect();
             let trial = objective.at(moved, total);
             // The model is that of R / 2.
             gain_ratio = (before - trial.objective(weight)) / (2.0 * step.predicted_decrease);

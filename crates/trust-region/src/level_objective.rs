@@ -1,9 +1,10 @@
 //! The objective on one level, everything coarser being fixed.
 
+use rayon::prelude::*;
 use std::borrow::Cow;
 use std::sync::Arc;
 use zeroset_bspline::{BlockField, IndexSet, Level};
-use zeroset_multigrid::{BandCollocation, BandEnergy, BandOperator, BandRows};
+use zeroset_multigrid::{BandCollocation, BandEnergy, BandOperator, BandRows, inner_product};
 
 use crate::level_options::LevelOptions;
 use crate::level_report::LevelErrors;
@@ -26,6 +27,9 @@ impl<const D: usize> Weighted<D> {
         Self { points: vec![], roots: vec![], normals: vec![] }
     }
 }
+
+/// How many numbers one parallel task takes.
+pub(crate) const CHUNK: usize = 4096;
 
 /// Fewer held-out points say nothing about a level.
 const FEWEST: usize = 24;
@@ -106,29 +110,30 @@ const STEEP: f64 = 0.5;
 impl<const D: usize> Part<D> {
     fn new(level: &Level<D>, weighted: &Weighted<D>) -> Self {
         let collocation = BandCollocation::new(level, &weighted.points);
-        let chosen = || collocation.indices().iter().map(|i| *i as usize);
+        let chosen = || collocation.indices().par_iter().with_min_len(CHUNK).map(|i| *i as usize);
         let roots: Vec<f64> = chosen().map(|i| weighted.roots[i]).collect();
         let normals =
             if weighted.normals.is_empty() { vec![] } else { chosen().map(|i| weighted.normals[i]).collect() };
-        Self { area: dot(&roots, &roots), collocation, roots, normals }
+        Self { area: inner_product(&roots, &roots), collocation, roots, normals }
     }
 
     /// `√aᵢ min(0, ∂f/∂nᵢ − ½)` of the points with normals.
     fn slopes(&self, gradients: &[[f64; D]]) -> Vec<f64> {
-        let rows = self.normals.iter().zip(gradients).zip(&self.roots);
+        let rows = self.normals.par_iter().zip(gradients).zip(&self.roots).with_min_len(CHUNK);
         let is_known = |normal: &[f64; D]| normal.iter().any(|n| *n != 0.0);
         rows.map(|((n, g), a)| if is_known(n) { a * (dot(g, n) - STEEP).min(0.0) } else { 0.0 }).collect()
     }
 
     fn at(&self, total: &BlockField<D>, floor: f64) -> Sampson<D> {
-        let (values, gradients): (Vec<f64>, Vec<[f64; D]>) =
-            self.collocation.values_and_gradients(total).into_iter().unzip();
-        let norms: Vec<f64> = gradients.iter().map(|g| dot(g, g).sqrt()).collect();
-        let residuals: Vec<f64> =
-            values.iter().zip(&norms).zip(&self.roots).map(|((v, n), a)| a * v / n.max(floor)).collect();
-        let error = dot(&residuals, &residuals);
+        let found = self.collocation.values_and_gradients(total);
+        let chunks = || found.par_iter().with_min_len(CHUNK);
+        let gradients: Vec<[f64; D]> = chunks().map(|(_, gradient)| *gradient).collect();
+        let norms: Vec<f64> = chunks().map(|(_, g)| dot(g, g).sqrt()).collect();
+        let residual = |(((value, _), norm), root): ((&(f64, _), &f64), &f64)| root * value / norm.max(floor);
+        let residuals: Vec<f64> = chunks().zip(&norms).zip(&self.roots).map(residual).collect();
+        let error = inner_product(&residuals, &residuals);
         let slopes = self.slopes(&gradients);
-        Sampson { residuals, gradients, norms, error, slope_error: dot(&slopes, &slopes), slopes }
+        Sampson { residuals, gradients, norms, error, slope_error: inner_product(&slopes, &slopes), slopes }
     }
 
     fn rms(&self, error: f64) -> f64 {
@@ -137,7 +142,8 @@ impl<const D: usize> Part<D> {
 
     /// The standard deviation of the Sampson distances if they are normal, by their median: outliers do not count.
     fn spread(&self, sampson: &Sampson<D>) -> f64 {
-        let mut distances: Vec<f64> = sampson.residuals.iter().zip(&self.roots).map(|(r, a)| (r / a).abs()).collect();
+        let mut distances: Vec<f64> =
+            (sampson.residuals.par_iter().zip(&self.roots)).with_min_len(CHUNK).map(|(r, a)| (r / a).abs()).collect();
         let middle = distances.len() / 2;
         if distances.is_empty() {
             0.0
@@ -262,9 +268,10 @@ impl<'a, const D: usize> LevelObjective<'a, D> {
         total.add(&self.active, &corrections);
         let mut gradient = vec![0.0; corrections.len()];
         self.energy.apply_to_active(&corrections, &mut gradient);
-        gradient.iter_mut().zip(&self.coarse_gradient).for_each(|(change, coarse)| *change += coarse);
+        let both = gradient.par_iter_mut().zip(&self.coarse_gradient).with_min_len(CHUNK);
+        both.for_each(|(change, coarse)| *change += coarse);
         // E(f + δ) − E(f) = δᵀ (2 H f + H δ) = δᵀ (H f + H (f + δ)).
-        let change = dot(&corrections, &self.coarse_gradient) + dot(&corrections, &gradient);
+        let change = inner_product(&corrections, &self.coarse_gradient) + inner_product(&corrections, &gradient);
         let sampson = self.fitted.at(total, self.floor);
         let slope_error = self.normal_length.powi(2) * sampson.slope_error;
         let lacks = self.bounded.lacks(total);
@@ -296,10 +303,11 @@ impl<'a, const D: usize> LevelObjective<'a, D> {
     pub(crate) fn model(&self, state: &LevelState<D>, weight: f64) -> (BandOperator<'_, D>, Vec<f64>) {
         let Sampson { residuals, gradients, norms, slopes, .. } = &state.sampson;
         let count = residuals.len();
-        let alpha: Vec<f64> = (0..count).map(|i| self.fitted.roots[i] / norms[i].max(self.floor)).collect();
+        let chunks = || (0..count).into_par_iter().with_min_len(CHUNK);
+        let alpha: Vec<f64> = chunks().map(|i| self.fitted.roots[i] / norms[i].max(self.floor)).collect();
         // Where the floor holds, the divisor is a constant.
         let slope = |i: usize| if norms[i] < self.floor { 0.0 } else { -residuals[i] / norms[i].powi(2) };
-        let beta: Vec<[f64; D]> = (0..count).map(|i| gradients[i].map(|g| slope(i) * g)).collect();
+        let beta: Vec<[f64; D]> = chunks().map(|i| gradients[i].map(|g| slope(i) * g)).collect();
         let flat: Vec<usize> = (0..slopes.len()).filter(|i| slopes[*i] < 0.0).collect();
         let along = |i: usize| self.fitted.normals[i].map(|n| self.normal_length * self.fitted.roots[i] * n);
         let flat_slopes: Vec<f64> = flat.iter().map(|i| self.normal_length * slopes[*i]).collect();
@@ -323,7 +331,8 @@ impl<'a, const D: usize> LevelObjective<'a, D> {
             }
         };
         self.energy.sums(add, &mut right);
-        right.iter_mut().zip(&state.gradient).for_each(|(b, h)| *b = -(*b + weight * h));
+        let both = right.par_iter_mut().zip(&state.gradient).with_min_len(CHUNK);
+        both.for_each(|(b, h)| *b = -(*b + weight * h));
         let energy = self.energy.with_fairness(self.energy.fairness().scaled(weight));
         (BandOperator::new(rows, energy), right)
     }
