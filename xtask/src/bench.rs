@@ -1,5 +1,6 @@
 //! The whole road and its stages timed, from 2500 points on. Writes a table and a plot.
 
+mod ballast;
 mod kernels;
 mod levels;
 mod meshlab;

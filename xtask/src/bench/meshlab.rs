@@ -38,11 +38,12 @@ impl<'a> MeshLab<'a> {
         if self.missing {
             return None;
         }
-        let mut runs = Vec::with_capacity(program.repeat);
+        let mut runs: Vec<Usage> = Vec::with_capacity(program.repeat);
         for _ in 0..program.repeat {
             let mut command = Command::new(self.python);
             command.args(["-c", SCRIPT]).arg(input).arg(program.work.join("meshlab.ply"));
-            match timed(&mut command, &program.work.join("meshlab.txt")) {
+            let peak = runs.last().and_then(|usage| usage.peak);
+            match timed(&mut command, &program.work.join("meshlab.txt"), peak) {
                 Ok(usage) => runs.push(usage),
                 Err(error) => {
                     eprintln!("MeshLab: {error:#}");

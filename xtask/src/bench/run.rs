@@ -9,6 +9,7 @@ use std::time::Duration;
 use anyhow::{Context, Result, bail};
 use serde_json::Value;
 
+use super::ballast::Ballast;
 use crate::compare::process::{self, Ending, Usage};
 
 /// No run may take longer.
@@ -55,7 +56,7 @@ impl Program {
     /// Runs `zeroset reconstruct` on a points file, as often as asked for.
     pub fn reconstruct(&self, input: &Path, options: &[&OsStr]) -> Result<Figures> {
         let (mesh, report) = (self.work.join("surface.ply"), self.work.join("report.json"));
-        let mut runs = Vec::with_capacity(self.repeat);
+        let mut runs: Vec<Figures> = Vec::with_capacity(self.repeat);
         for _ in 0..self.repeat {
             let mut command = Command::new(&self.binary);
             command.arg("reconstruct").arg(input).args(options).arg("-o").arg(&mesh).arg("--report").arg(&report);
@@ -64,7 +65,8 @@ impl Program {
             if let Some(threads) = self.threads {
                 command.arg("--threads").arg(threads.to_string());
             }
-            let usage = timed(&mut command, &self.work.join("log.txt"))?;
+            let peak = runs.last().and_then(|run| run.usage.peak);
+            let usage = timed(&mut command, &self.work.join("log.txt"), peak)?;
             let text = fs::read_to_string(&report).context("the report cannot be read")?;
             let figures = figures(usage, &serde_json::from_str(&text)?);
             eprintln!("{}: {:.2} s, {:.2} s of CPU", input.display(), usage.wall, usage.cpu.unwrap_or(f64::NAN));
@@ -74,11 +76,14 @@ impl Program {
     }
 }
 
-/// Runs a command with its output in a file, and refuses to go on if it fails.
-pub fn timed(command: &mut Command, log: &Path) -> Result<Usage> {
+/// Runs a command with its output in a file, in memory that is warm up to the peak of the run before, if there was one; refuses to
+/// go on if it fails.
+pub fn timed(command: &mut Command, log: &Path, peak: Option<f64>) -> Result<Usage> {
     let out = File::create(log).with_context(|| format!("{} cannot be written", log.display()))?;
     command.stdin(Stdio::null()).stderr(out.try_clone()?).stdout(out);
-    match process::measured(command, LONGEST) {
+    let bytes = |megabytes: Option<f64>| megabytes.map_or(0, |megabytes| (1e6 * megabytes) as usize);
+    let mut ballast = Ballast::new(bytes(peak));
+    match process::watched(command, LONGEST, |usage| ballast.make_room(bytes(usage.peak))) {
         (Ending::Exit(0), usage) => Ok(usage),
         (ending, _) => bail!("{command:?} ended with {ending}: see {}", log.display()),
     }

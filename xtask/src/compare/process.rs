@@ -41,11 +41,16 @@ pub struct Usage {
 
 /// Runs to the end, or kills what takes longer than `limit`.
 pub fn measured(command: &mut Command, limit: Duration) -> (Ending, Usage) {
+    watched(command, limit, |_| ())
+}
+
+/// The same; `look_at` sees what has been taken so far, every 20 ms at least.
+pub fn watched(command: &mut Command, limit: Duration, look_at: impl FnMut(&Usage)) -> (Ending, Usage) {
     let start = Instant::now();
     let mut usage = Usage::default();
     let ending = match command.spawn() {
         Ok(mut child) => {
-            let waited = wait(&mut child, start, limit, &mut usage);
+            let waited = wait(&mut child, start, limit, &mut usage, look_at);
             waited.unwrap_or_else(|error| Ending::Broken(format!("lost: {error}")))
         }
         Err(error) => Ending::Broken(format!("not started: {error}")),
@@ -54,7 +59,13 @@ pub fn measured(command: &mut Command, limit: Duration) -> (Ending, Usage) {
     (ending, usage)
 }
 
-fn wait(child: &mut Child, start: Instant, limit: Duration, usage: &mut Usage) -> io::Result<Ending> {
+fn wait(
+    child: &mut Child,
+    start: Instant,
+    limit: Duration,
+    usage: &mut Usage,
+    mut look_at: impl FnMut(&Usage),
+) -> io::Result<Ending> {
     let mut pause = Duration::from_millis(1);
     loop {
         // A child that has ended keeps its processor time in /proc until it is waited for; its memory is gone by then.
@@ -62,6 +73,7 @@ fn wait(child: &mut Child, start: Instant, limit: Duration, usage: &mut Usage) -
             Some(seen) => {
                 usage.cpu = Some(seen.cpu);
                 usage.peak = seen.peak.or(usage.peak);
+                look_at(usage);
                 if seen.ended { Some(child.wait()?) } else { None }
             }
             None => child.try_wait()?,
