@@ -1,14 +1,19 @@
 //! Closest-point sweeping: the sweeps of the paper, carrying the index of the nearest sample.
 
+use std::array::from_fn;
+
 use rayon::prelude::*;
 
 use crate::ghost::{Ghosted, Row};
 use crate::near_field::NearField;
-use crate::sweep::{Swept, sweep};
+use crate::sweep::{Swept, sweep, sweep_order};
 use crate::tiles::{Field, Parts, Tile};
 
 /// `changed` of a node whose sample was replaced when it was last visited; halved at each visit after that.
 const JUST_CHANGED: u8 = 2;
+
+/// Replaced then or at the visit before.
+const RECENTLY: u8 = JUST_CHANGED | JUST_CHANGED >> 1;
 
 /// Sweeps the near field outwards: each node takes over a neighbour's sample when that sample is nearer to
 /// it than its own. `squared` stays the squared distance to `nearest`, in lattice units.
@@ -37,52 +42,59 @@ struct Samples<'p, const D: usize> {
 }
 
 impl<const D: usize> Field<D> for Samples<'_, D> {
-    fn relax(&mut self, lattice: &Ghosted<D>, first: [usize; D], forwards: [bool; D]) -> f64 {
+    fn relax(&mut self, lattice: &Ghosted<D>, first: [usize; D], sweep: usize) -> f64 {
         let Self { points, near: NearField { squared, nearest }, changed } = self;
+        let forwards = sweep_order::<D>(sweep);
+        let unseen: [Unseen; D] = unseen_changes(sweep);
         let n = lattice.row_len();
         let strides = lattice.strides();
         let mut ask = vec![0_u8; n];
         let mut largest = 0.0_f64;
         for number in 0..lattice.row_count() {
             let Row { start, node } = lattice.row(number, forwards);
-            ask.copy_from_slice(&changed[start - 1..][..n]);
-            for offset in [start + 1]
-                .into_iter()
-                .chain((0..D - 1).flat_map(|axis| [start - strides[axis], start + strides[axis]]))
-            {
-                for (ask, &changed) in ask.iter_mut().zip(&changed[offset..][..n]) {
-                    *ask |= changed;
+            ask.fill(0);
+            for (axis, unseen) in unseen.into_iter().enumerate() {
+                let [earlier, later] = neighbours(start, strides[axis], forwards[axis]);
+                // Those in the row are not visited yet: what changed at their last visit will have changed at the one before.
+                let unseen_earlier = if axis == D - 1 { JUST_CHANGED } else { unseen.earlier };
+                for (there, unseen) in [(earlier, unseen_earlier), (later, unseen.later)] {
+                    for (ask, &changed) in ask.iter_mut().zip(&changed[there..][..n]) {
+                        *ask |= changed & unseen;
+                    }
                 }
             }
-            let mut at: [f64; D] = std::array::from_fn(|axis| (first[axis] + node[axis]) as f64);
-            let mut previous_changed = false;
+            // Each has been visited once more; what changes is set anew below.
+            changed[start..start + n].iter_mut().for_each(|changed| *changed >>= 1);
+            let mut at: [f64; D] = from_fn(|axis| (first[axis] + node[axis]) as f64);
+            let mut improved = false;
             for step in 0..n {
                 let k = if forwards[D - 1] { step } else { n - 1 - step };
+                if ask[k] == 0 && !std::mem::take(&mut improved) {
+                    continue;
+                }
                 let here = start + k;
-                let mut improved = false;
-                if ask[k] != 0 || previous_changed {
-                    at[D - 1] = k as f64;
-                    let before = squared[here];
-                    for stride in strides {
-                        for there in [here - stride, here + stride] {
-                            let candidate = nearest[there];
-                            if changed[there] == 0 || candidate == nearest[here] {
-                                continue;
-                            }
-                            let offered = squared_distance(&at, &points[candidate as usize]);
-                            if offered < squared[here] {
-                                squared[here] = offered;
-                                nearest[here] = candidate;
-                                improved = true;
-                            }
+                at[D - 1] = k as f64;
+                let before = squared[here];
+                improved = false;
+                for axis in 0..D {
+                    let [earlier, later] = neighbours(here, strides[axis], forwards[axis]);
+                    for (there, unseen) in [(earlier, unseen[axis].earlier), (later, unseen[axis].later)] {
+                        let candidate = nearest[there];
+                        if changed[there] & unseen == 0 || candidate == nearest[here] {
+                            continue;
+                        }
+                        let offered = squared_distance(&at, &points[candidate as usize]);
+                        if offered < squared[here] {
+                            squared[here] = offered;
+                            nearest[here] = candidate;
+                            improved = true;
                         }
                     }
-                    if improved {
-                        largest = largest.max(before.sqrt() - squared[here].sqrt());
-                    }
                 }
-                changed[here] = if improved { JUST_CHANGED } else { changed[here] >> 1 };
-                previous_changed = improved;
+                if improved {
+                    largest = largest.max(before.sqrt() - squared[here].sqrt());
+                    changed[here] = JUST_CHANGED;
+                }
             }
         }
         largest
@@ -94,10 +106,43 @@ impl<const D: usize> Field<D> for Samples<'_, D> {
     }
 
     fn put_back(&mut self, parts: &Parts<'_, '_, D, Self>) {
-        parts.copy_to(&mut self.near.squared, |part| &part.near.squared);
-        parts.copy_to(&mut self.near.nearest, |part| &part.near.nearest);
-        parts.copy_to(&mut self.changed, |part| &part.changed);
+        let NearField { squared, nearest } = &mut self.near;
+        let near = parts.slabs(squared).zip(parts.slabs(nearest));
+        near.zip(parts.slabs(&mut self.changed)).zip(parts.par_iter()).for_each(
+            |(((squared, nearest), changed), (tile, part))| {
+                tile.put_back(squared, &part.near.squared);
+                tile.put_back(nearest, &part.near.nearest);
+                tile.put_back(changed, &part.changed);
+            },
+        );
     }
+}
+
+/// Which numbers in `changed` tell of samples that a node has not been offered, of its neighbours before and after it along an axis.
+#[derive(Clone, Copy)]
+struct Unseen {
+    earlier: u8,
+    later: u8,
+}
+
+/// By axis. A neighbour that comes before the node in this sweep as in the one before was seen after each of its visits; if it came
+/// after the node then, its change of that sweep is new too. A neighbour that comes after the node was seen as it is now if it came
+/// before it in the last sweep.
+fn unseen_changes<const D: usize>(sweep: usize) -> [Unseen; D] {
+    let order = sweep_order::<D>(sweep);
+    let Some(former) = sweep.checked_sub(1).map(sweep_order::<D>) else {
+        return [Unseen { earlier: RECENTLY, later: RECENTLY }; D];
+    };
+    from_fn(|axis| match former[axis] == order[axis] {
+        true => Unseen { earlier: JUST_CHANGED, later: JUST_CHANGED },
+        false => Unseen { earlier: RECENTLY, later: 0 },
+    })
+}
+
+/// The neighbours visited before and after a node.
+#[inline(always)]
+fn neighbours(here: usize, stride: usize, forwards: bool) -> [usize; 2] {
+    if forwards { [here - stride, here + stride] } else { [here + stride, here - stride] }
 }
 
 #[inline(always)]
@@ -137,6 +182,46 @@ mod tests {
                     }
                 }
             }
+        }
+    }
+
+    /// Sweeps node after node, each offered every neighbour's sample.
+    fn node_after_node<const D: usize>(shape: [usize; D], points: &[[f64; D]], sweeps: usize) -> NearField {
+        let ghosted = Ghosted::new(shape);
+        let mut near = near_field(&ghosted, points, 2);
+        for forwards in (0..sweeps).map(sweep_order::<D>) {
+            for number in 0..ghosted.row_count() {
+                let Row { start, mut node } = ghosted.row(number, forwards);
+                for step in 0..ghosted.row_len() {
+                    node[D - 1] = if forwards[D - 1] { step } else { ghosted.row_len() - 1 - step };
+                    let at = start + node[D - 1];
+                    for axis in 0..D {
+                        for there in neighbours(at, ghosted.strides()[axis], forwards[axis]) {
+                            let Some(point) = points.get(near.nearest[there] as usize) else { continue };
+                            let offered = squared_distance(&node.map(|i| i as f64), point);
+                            if offered < near.squared[at] {
+                                (near.squared[at], near.nearest[at]) = (offered, near.nearest[there]);
+                            }
+                        }
+                    }
+                }
+            }
+        }
+        near
+    }
+
+    proptest! {
+        #[test]
+        fn what_was_seen_before_need_not_be_seen_again(
+            points in prop::collection::vec((0.0..11.0_f64, 0.0..17.0_f64, 0.0..8.0_f64), 1..40),
+            rounds in 1_usize..3,
+        ) {
+            let points: Vec<[f64; 3]> = points.into_iter().map(|(x, y, z)| [x, y, z]).collect();
+            let shape = [12, 18, 9];
+            let ghosted = Ghosted::new(shape);
+            let (near, swept) = closest_point(&ghosted, &points, near_field(&ghosted, &points, 2), rounds);
+            let expected = node_after_node(shape, &points, swept.sweeps);
+            prop_assert!(near.nearest == expected.nearest && near.squared == expected.squared);
         }
     }
 }

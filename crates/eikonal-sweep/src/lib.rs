@@ -59,7 +59,9 @@ mod exact;
 mod ghost;
 mod godunov;
 mod lattice;
+mod local_solution;
 mod near_field;
+mod rows;
 mod sweep;
 mod tiles;
 

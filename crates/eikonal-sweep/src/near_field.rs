@@ -2,6 +2,7 @@
 
 use std::array::from_fn;
 
+use rayon::iter::repeat_n;
 use rayon::prelude::*;
 
 use crate::ghost::Ghosted;
@@ -25,8 +26,9 @@ pub(crate) struct NearField {
 ///
 /// Of samples at the same distance the first one is kept.
 pub(crate) fn near_field<const D: usize>(ghosted: &Ghosted<D>, points: &[[f64; D]], radius: usize) -> NearField {
-    let mut squared = vec![f64::INFINITY; ghosted.len()];
-    let mut nearest = vec![NONE; ghosted.len()];
+    // In parallel, for the first touch of memory takes as long as some sweeps.
+    let mut squared: Vec<f64> = repeat_n(f64::INFINITY, ghosted.len()).collect();
+    let mut nearest: Vec<u32> = repeat_n(NONE, ghosted.len()).collect();
     let shape = ghosted.shape();
     // The clamp comes first: the cast saturates only far outside the box.
     let cell = |point: &[f64; D], axis: usize| point[axis].floor().clamp(0.0, (shape[axis] - 2) as f64) as usize;

@@ -24,7 +24,7 @@ pub(crate) fn sweep<const D: usize>(lattice: &Ghosted<D>, rounds: usize, field: 
     let mut swept = Swept { sweeps: 0, last_change: 0.0 };
     for number in 0..rounds.saturating_mul(1 << D) {
         swept.sweeps += 1;
-        swept.last_change = tiles.relax(field, sweep_order(number));
+        swept.last_change = tiles.relax(field, number);
         if swept.last_change == 0.0 {
             break;
         }

@@ -5,18 +5,19 @@ use std::array::from_fn;
 use rayon::prelude::*;
 
 use crate::ghost::Ghosted;
+use crate::sweep::sweep_order;
 
 /// So many nodes are more work than handing them out.
 const ENOUGH: usize = 2048;
 
-/// Least rows of a tile along an axis: its neighbours' rows are copied with it.
-const NARROWEST: usize = 4;
+/// The rows of a tile along an axis are a multiple of this: so many are visited at once.
+const MULTIPLE: usize = 8;
 
 /// What a scheme knows of the nodes of a ghosted lattice.
 pub(crate) trait Field<const D: usize>: Sized + Send + Sync {
-    /// Visits every node of a lattice once, each axis forwards (`true`) or backwards, the first axis slowest, and returns the largest
-    /// decrease. `first` is the first node's place in the whole lattice.
-    fn relax(&mut self, lattice: &Ghosted<D>, first: [usize; D], forwards: [bool; D]) -> f64;
+    /// Visits every node of a lattice once, in the order of this sweep, and returns the largest decrease. `first` is the first node's
+    /// place in the whole lattice.
+    fn relax(&mut self, lattice: &Ghosted<D>, first: [usize; D], sweep: usize) -> f64;
 
     /// The part in a tile, where the nodes around it are ghosts.
     fn part(&self, tile: &Tile<'_, D>) -> Self;
@@ -31,19 +32,21 @@ pub(crate) struct Parts<'l, 't, const D: usize, F> {
     parts: Vec<F>,
 }
 
-impl<const D: usize, F: Sync> Parts<'_, '_, D, F> {
-    /// Copies one array of the parts into that of the whole lattice.
-    pub(crate) fn copy_to<T: Copy + Send + Sync>(&self, whole: &mut [T], array: impl Fn(&F) -> &[T] + Sync) {
-        let Some(Tile { tiles, number, .. }) = self.tiles.first() else { return };
+impl<'l, const D: usize, F: Sync> Parts<'l, '_, D, F> {
+    pub(crate) fn par_iter(&self) -> impl IndexedParallelIterator<Item = (&Tile<'l, D>, &F)> {
+        self.tiles.par_iter().zip(&self.parts)
+    }
+
+    /// For each tile what [`Tile::put_back`] takes of an array. Tiles of a diagonal lie in different slabs.
+    pub(crate) fn slabs<'w, T: Send>(&self, whole: &'w mut [T]) -> impl IndexedParallelIterator<Item = &'w mut [T]> {
+        let Tile { tiles, number, .. } = &self.tiles[0];
         let plane = tiles.whole.strides()[0];
-        // Tiles of a diagonal lie in different slabs.
-        let slabs = whole[plane..].par_chunks_mut(tiles.side * plane).skip(number[0]);
-        slabs.zip(self.tiles).zip(&self.parts).for_each(|((slab, tile), part)| tile.put_back(slab, array(part)));
+        whole[plane..].par_chunks_mut(tiles.side * plane).skip(number[0])
     }
 }
 
-/// The tiles of a lattice: in space all rows of nodes along the last axis in a square of places, the last ones cut; in the plane one
-/// tile.
+/// The tiles of a lattice: in space all rows of nodes along the last axis in a square of places, the last ones cut; in the plane, or
+/// with one thread, one tile.
 pub(crate) struct Tiles<'l, const D: usize> {
     whole: &'l Ghosted<D>,
     side: usize,
@@ -53,24 +56,25 @@ pub(crate) struct Tiles<'l, const D: usize> {
 impl<'l, const D: usize> Tiles<'l, D> {
     pub(crate) fn new(whole: &'l Ghosted<D>) -> Self {
         let [first, second] = [whole.shape()[0], if D == 3 { whole.shape()[1] } else { 1 }];
-        let side = ENOUGH.div_ceil(whole.row_len()).isqrt().max(NARROWEST);
-        let side = if D == 3 { side } else { first };
+        let side = ENOUGH.div_ceil(whole.row_len()).isqrt().next_multiple_of(MULTIPLE);
+        let side = if D == 3 && rayon::current_num_threads() > 1 { side } else { first.max(second) };
         Self { whole, side, counts: [first.div_ceil(side), second.div_ceil(side)] }
     }
 
     /// As [`Field::relax`] on the whole lattice: it sees neighbours as if the rows were visited one after the other. Tiles on a
     /// diagonal are no neighbours of each other, so that they can be visited at the same time, diagonal after diagonal (Detrixhe,
     /// Gibou and Min 2013).
-    pub(crate) fn relax(&self, field: &mut impl Field<D>, forwards: [bool; D]) -> f64 {
+    pub(crate) fn relax(&self, field: &mut impl Field<D>, sweep: usize) -> f64 {
         if self.counts == [1, 1] {
-            return field.relax(self.whole, [0; D], forwards);
+            return field.relax(self.whole, [0; D], sweep);
         }
+        let forwards = sweep_order::<D>(sweep);
         let mut largest = 0.0;
         for number in 0..self.counts[0] + self.counts[1] - 1 {
             let tiles = self.diagonal(number, [forwards[0], forwards[1]]);
             let one = |tile: &Tile<'_, D>| {
                 let mut part = field.part(tile);
-                let decrease = part.relax(&tile.lattice, tile.first(), forwards);
+                let decrease = part.relax(&tile.lattice, tile.first(), sweep);
                 (part, decrease)
             };
             let (parts, decreases): (Vec<_>, Vec<f64>) = tiles.par_iter().map(one).unzip();
@@ -122,7 +126,7 @@ impl<const D: usize> Tile<'_, D> {
     }
 
     /// Copies the part of an array, without ghosts, into the planes that the tile lies in.
-    fn put_back<T: Copy>(&self, planes: &mut [T], part: &[T]) {
+    pub(crate) fn put_back<T: Copy>(&self, planes: &mut [T], part: &[T]) {
         let [plane, row] = [self.tiles.whole.strides()[0], self.tiles.whole.strides()[1]];
         let (own_plane, [deep, wide]) = (self.lattice.strides()[0], [self.lattice.shape()[0], self.lattice.shape()[1]]);
         for i in 0..deep {
@@ -147,8 +151,9 @@ mod tests {
     }
 
     impl Field<3> for Visits {
-        fn relax(&mut self, lattice: &Ghosted<3>, first: [usize; 3], forwards: [bool; 3]) -> f64 {
+        fn relax(&mut self, lattice: &Ghosted<3>, first: [usize; 3], sweep: usize) -> f64 {
             assert_eq!(self.times.len(), lattice.len());
+            let forwards = sweep_order(sweep);
             for number in 0..lattice.row_count() {
                 let start = lattice.row(number, forwards).start;
                 for axis in 0..2 {
@@ -172,38 +177,44 @@ mod tests {
         }
 
         fn put_back(&mut self, parts: &Parts<'_, '_, 3, Self>) {
-            parts.copy_to(&mut self.times, |part| &part.times);
+            let slabs = parts.slabs(&mut self.times).zip(parts.par_iter());
+            slabs.for_each(|(times, (tile, part))| tile.put_back(times, &part.times));
         }
     }
 
     #[test]
     fn rows_are_visited_as_if_one_after_the_other() {
         // Several tiles along both axes, the last ones cut; one tile along an axis; one tile in all.
-        for (shape, count) in [
-            ([19, 11, 130], [5, 3]),
-            ([50, 29, 13], [5, 3]),
+        let cases = [
+            ([19, 11, 130], [3, 2]),
+            ([50, 29, 13], [4, 2]),
             ([40, 3, 8], [3, 1]),
             ([3, 40, 8], [1, 3]),
             ([4, 4, 4], [1, 1]),
-        ] {
-            let whole = Ghosted::new(shape);
-            let tiles = Tiles::new(&whole);
-            assert_eq!(tiles.counts, count);
-            let mut times = vec![-100; whole.len()];
-            for number in 0..whole.row_count() {
-                let start = whole.row(number, [true; 3]).start;
-                times[start..start + shape[2]].fill(0);
-            }
-            let mut field = Visits { times };
-            let orders = [[true, true, true], [true, false, true], [false, true, true], [false, false, true]];
-            for forwards in orders {
-                let largest = tiles.relax(&mut field, forwards);
-                let last = count.map(|count| ((count - 1) * tiles.side) as f64);
-                assert_eq!(largest, if count == [1, 1] { 0.0 } else { last[0] + last[1] });
-            }
-            let visited: i32 = whole.strip(&field.times, |times| times).into_iter().sum();
-            assert_eq!(visited as usize, orders.len() * shape.iter().product::<usize>());
-            assert!(field.times.iter().all(|times| *times == 4 || *times == -100));
+        ];
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
+        pool.install(|| cases.into_iter().for_each(|(shape, counts)| visit(shape, counts)));
+    }
+
+    fn visit(shape: [usize; 3], counts: [usize; 2]) {
+        let whole = Ghosted::new(shape);
+        let tiles = Tiles::new(&whole);
+        assert_eq!(tiles.counts, counts);
+        let mut times = vec![-100; whole.len()];
+        for number in 0..whole.row_count() {
+            let start = whole.row(number, [true; 3]).start;
+            times[start..start + shape[2]].fill(0);
         }
+        let mut field = Visits { times };
+        // All directions of the first two axes.
+        let sweeps = [0, 2, 4, 6];
+        for sweep in sweeps {
+            let largest = tiles.relax(&mut field, sweep);
+            let last = counts.map(|count| ((count - 1) * tiles.side) as f64);
+            assert_eq!(largest, if counts == [1, 1] { 0.0 } else { last[0] + last[1] });
+        }
+        let visited: i32 = whole.strip(&field.times, |times| times).into_iter().sum();
+        assert_eq!(visited as usize, sweeps.len() * shape.iter().product::<usize>());
+        assert!(field.times.iter().all(|times| *times == 4 || *times == -100));
     }
 }
