@@ -44,6 +44,7 @@
 
 mod anchor;
 mod calibration;
+mod cell_sides;
 mod confidence;
 mod crossings;
 mod denoising;

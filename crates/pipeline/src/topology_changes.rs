@@ -6,9 +6,9 @@
 //! bridged a gap, or made a speck, some are left (as in the topology-preserving level sets of Han, Xu and Prince 2003).
 
 use rayon::prelude::*;
-use rustc_hash::FxHashMap;
 use zeroset_bspline::{Derivatives, Implicit, IndexSet};
 
+use crate::cell_sides::CellSides;
 use crate::domain::{Domain, flat_index, multi_index};
 
 /// The smallest cells have at most so many spacings: a pierced wall is hardly narrower.
@@ -129,7 +129,7 @@ impl Cells {
         domain: &Domain<D>,
         steepest: f64,
     ) -> Sides<D> {
-        let mut sides = Sides { shape: domain.cells(self.halvings), inside: FxHashMap::default(), moving: Vec::new() };
+        let mut sides = Sides { cells: CellSides::new(domain.cells(self.halvings)), moving: Vec::new() };
         let mut cells = Self { keys: self.keys.clone(), ..*self };
         while !cells.keys.is_empty() {
             let centres = cells.centres(domain);
@@ -147,14 +147,14 @@ impl Cells {
                 }
                 // Of the first cells those that stay are looked at again if one beside them moves.
                 if moves || begun {
-                    sides.inside.insert(*key, a < 0.0);
+                    sides.cells.insert(*key, a < 0.0);
                 }
             }
-            cells.keys = sides.unknown_around(flat.into_iter());
+            cells.keys = sides.unknown_around(&flat);
         }
-        cells.keys = sides.unknown_around(sides.moving.iter().map(|(key, _, _)| *key));
+        cells.keys = sides.unknown_around(&sides.moving.iter().map(|(key, _, _)| *key).collect::<Vec<_>>());
         let values = before.evaluate(&cells.centres(domain), Derivatives::Value).values;
-        sides.inside.extend(cells.keys.iter().copied().zip(values.iter().map(|value| *value < 0.0)));
+        cells.keys.iter().zip(&values).for_each(|(key, value)| sides.cells.insert(*key, *value < 0.0));
         sides
     }
 }
@@ -178,31 +178,19 @@ fn flattest<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {
     dot(&nearest, &nearest).sqrt()
 }
 
-/// On which side cells are.
+/// The cells where two functions differ in sign, on the side where they are now, and those around them.
 struct Sides<const D: usize> {
-    shape: [usize; D],
-    /// The cells that differ and those around them, on the side where they are now.
-    inside: FxHashMap<usize, bool>,
+    cells: CellSides<D>,
     /// The cells that are to move, with both functions there.
     moving: Vec<(usize, f64, f64)>,
 }
 
 impl<const D: usize> Sides<D> {
-    /// The keys of the 3^D cells around one and itself, in C order; none outside the lattice.
-    fn around(&self, key: usize) -> impl Iterator<Item = Option<usize>> + use<D> {
-        let (shape, index) = (self.shape, multi_index(key, &self.shape));
-        (0..3usize.pow(D as u32)).map(move |offset| {
-            let step = multi_index(offset, &[3; D]);
-            let moved: [usize; D] = std::array::from_fn(|axis| (index[axis] + step[axis]).wrapping_sub(1));
-            moved.iter().zip(&shape).all(|(i, n)| i < n).then(|| flat_index(&moved, &shape))
-        })
-    }
-
     /// The cells around some whose side is not known, in order.
-    fn unknown_around(&self, keys: impl Iterator<Item = usize>) -> Vec<usize> {
-        let around = keys.flat_map(|key| self.around(key)).flatten();
-        let mut unknown: Vec<usize> = around.filter(|key| !self.inside.contains_key(key)).collect();
-        unknown.sort_unstable();
+    fn unknown_around(&self, keys: &[usize]) -> Vec<usize> {
+        let around = |key: &usize| self.cells.keys_around(*key, self.cells.around(*key).unknown);
+        let mut unknown: Vec<usize> = keys.par_iter().with_min_len(1024).flat_map_iter(around).collect();
+        unknown.par_sort_unstable();
         unknown.dedup();
         unknown
     }
@@ -210,14 +198,15 @@ impl<const D: usize> Sides<D> {
     /// Moves all cells that can be, those first where the second function is surest; gives those that are left with the first one's
     /// value.
     fn moved(mut self) -> Vec<(usize, f64)> {
-        let (mut left, neighbours) = (std::mem::take(&mut self.moving), Neighbours::new::<D>());
-        left.sort_by(|a, b| b.2.abs().total_cmp(&a.2.abs()).then(a.0.cmp(&b.0)));
+        let (mut left, neighbours) = (self.moving, Neighbours::new::<D>());
+        left.par_sort_unstable_by(|a, b| b.2.abs().total_cmp(&a.2.abs()).then(a.0.cmp(&b.0)));
         loop {
             let count = left.len();
             left.retain(|(key, _, _)| {
-                let simple = neighbours.is_simple(self.inside_around(*key));
-                if simple && let Some(side) = self.inside.get_mut(key) {
-                    *side = !*side;
+                let inside = self.cells.around(*key).inside;
+                let simple = neighbours.is_simple(inside);
+                if simple {
+                    self.cells.insert(*key, inside >> neighbours.middle & 1 == 0);
                 }
                 !simple
             });
@@ -225,12 +214,6 @@ impl<const D: usize> Sides<D> {
                 return left.into_iter().map(|(key, before, _)| (key, before)).collect();
             }
         }
-    }
-
-    /// Which of the 3^D cells around one and itself are inside, a bit for each. Beyond the box is outside.
-    fn inside_around(&self, key: usize) -> u32 {
-        let inside = |key: Option<usize>| key.is_some_and(|key| self.inside.get(&key).copied().unwrap_or(false));
-        self.around(key).zip(0..).map(|(key, bit)| u32::from(inside(key)) << bit).sum()
     }
 }
 
