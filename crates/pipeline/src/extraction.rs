@@ -63,7 +63,7 @@ pub fn extract_surface(reconstruction: &mut Reconstruction<3>) -> Result<(TriMes
     for vertex in &mut mesh.vertices {
         *vertex = frame.to_data(vertex);
     }
-    let topology = mesh.topology();
+    let (topology, (area, volume)) = rayon::join(|| mesh.topology(), || (mesh.area(), mesh.enclosed_volume()));
     if let Some(initial) = reconstruction.initial.as_ref().filter(|_| !reconstruction.open) {
         let before =
             isosurface::surface_of(&HierarchicalSpline::new(initial.clone())?, 0, &Default::default())?.0.topology();
@@ -78,14 +78,16 @@ pub fn extract_surface(reconstruction: &mut Reconstruction<3>) -> Result<(TriMes
     let figures = Figures::Surface {
         vertices: mesh.vertices.len(),
         triangles: mesh.triangles.len(),
-        area: mesh.area(),
-        volume: mesh.enclosed_volume(),
+        area,
+        volume,
         unsupported_area: closes.extent / frame.scale.powi(2),
         unsupported_share: closes.share,
         topology,
     };
     let speck = SPECK * reconstruction.report.input.spacing.powi(2);
-    let specks = mesh.component_areas().into_iter().filter(|area| *area < speck).count();
+    // A part is as large as the whole.
+    let areas = if topology.components > 1 { mesh.component_areas() } else { vec![area] };
+    let specks = areas.into_iter().filter(|area| *area < speck).count();
     // Where all are as small the shape is, of few points.
     if specks > 0 && specks < topology.components {
         reconstruction.report.warnings.push(format!(

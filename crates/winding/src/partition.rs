@@ -4,6 +4,8 @@ use std::cmp::Ordering;
 
 /// Parts are split at multiples of this many points, so that all leaves but the last fill whole vector registers.
 pub(crate) const BLOCK: usize = 8;
+/// Halves of fewer points are sorted by one thread.
+const FEW: usize = 1 << 12;
 
 /// A box: a run of points in the partition's order.
 #[derive(Debug, Clone, Copy)]
@@ -42,20 +44,16 @@ impl<const D: usize> Partition<D> {
     pub fn new(points: &[[f64; D]], most: usize) -> Self {
         debug_assert!(most >= BLOCK && points.len() <= u32::MAX as usize);
         let mut entries: Vec<([f64; D], u32)> = points.iter().copied().zip(0..).collect();
+        sort_halves(&mut entries, most);
         let mut parts = Vec::new();
         let mut waiting = Vec::new();
         waiting.extend((!points.is_empty()).then_some(0..points.len()));
         while let Some(run) = waiting.pop() {
             parts.push(Part { first: run.start as u32, end: run.end as u32, skip: 0 });
-            let part = &mut entries[run.clone()];
-            let axis = longest_side(part);
-            if run.len() <= most {
-                part.sort_unstable_by(|a, b| compare(axis, a, b));
-            } else {
-                let half = (run.len() / 2).next_multiple_of(BLOCK);
-                part.select_nth_unstable_by(half, |a, b| compare(axis, a, b));
-                waiting.push(run.start + half..run.end);
-                waiting.push(run.start..run.start + half);
+            if run.len() > most {
+                let half = run.start + half(run.len());
+                waiting.push(half..run.end);
+                waiting.push(run.start..half);
             }
         }
         for index in (0..parts.len()).rev() {
@@ -69,6 +67,29 @@ impl<const D: usize> Partition<D> {
     /// The parts that have no parts.
     pub fn leaves(&self) -> impl Iterator<Item = &Part> {
         self.parts.iter().enumerate().filter(|(index, part)| part.is_leaf(*index)).map(|(_, part)| part)
+    }
+}
+
+/// Of a number of points, those in the first half.
+fn half(count: usize) -> usize {
+    (count / 2).next_multiple_of(BLOCK)
+}
+
+/// Sorts points so that every half, of halves of more than `most` points, is a run.
+fn sort_halves<const D: usize>(part: &mut [([f64; D], u32)], most: usize) {
+    let axis = longest_side(part);
+    if part.len() <= most {
+        part.sort_unstable_by(|a, b| compare(axis, a, b));
+        return;
+    }
+    let half = half(part.len());
+    part.select_nth_unstable_by(half, |a, b| compare(axis, a, b));
+    let (low, high) = part.split_at_mut(half);
+    if low.len() < FEW {
+        sort_halves(low, most);
+        sort_halves(high, most);
+    } else {
+        rayon::join(|| sort_halves(low, most), || sort_halves(high, most));
     }
 }
 
