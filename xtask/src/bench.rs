@@ -80,6 +80,9 @@ pub fn run(root: &Path, arguments: &Arguments) -> Result<()> {
     let work = root.join("target/bench");
     fs::create_dir_all(&work).with_context(|| format!("{} cannot be made", work.display()))?;
     let output = arguments.output.clone().unwrap_or_else(|| work.join("bench.md"));
+    if let Some(folder) = output.parent() {
+        fs::create_dir_all(folder).with_context(|| format!("{} cannot be made", folder.display()))?;
+    }
     let threads = arguments.threads.map_or_else(|| "all".into(), |threads| threads.to_string());
     let mut page = format!(
         "# Bench\n\nMade by `cargo xtask bench`. Machine: {}; {threads} threads. Medians of {}. CPU seconds are user and system time; \
