@@ -97,7 +97,8 @@ pub fn run(root: &Path, arguments: &Arguments) -> Result<()> {
         page.push_str(&text);
         fs::write(&output, &page).with_context(|| format!("{} cannot be written", output.display()))
     };
-    part(reference::section())?;
+    let (rates, core) = reference::section();
+    part(rates)?;
     let meshlab = arguments.python.as_deref().map(meshlab::MeshLab::new);
     part(page::fixture(&sizes::fixture(&program, root, meshlab.as_ref())?))?;
     let rows = sizes::rows(&program, &sizes(arguments.most_points), meshlab.as_ref())?;
@@ -112,7 +113,7 @@ pub fn run(root: &Path, arguments: &Arguments) -> Result<()> {
         part(page::levels(&levels, arguments.level_points, &plot_file(&output, "levels", &levels::plot(&levels))?))?;
     }
     if arguments.kernels {
-        part(kernels::section(root)?)?;
+        part(kernels::section(root, &core)?)?;
     }
     eprintln!("wrote {}", output.display());
     Ok(())

@@ -1,5 +1,5 @@
 //! Extraction on 128³ samples of an analytic field, with and without the function, and on noise, where every cell is cut; and
-//! of a torus with three band levels from the cells of a 256³ lattice that bounds do not rule out.
+//! of a torus with three and four band levels from the cells of lattices of 256³ and 512³ that bounds do not rule out.
 
 #![allow(clippy::expect_used, reason = "a panic is how a bench fails")]
 
@@ -31,8 +31,8 @@ fn axes(nodes: usize) -> [Vec<f64>; 3] {
     [axis.clone(), axis.clone(), axis]
 }
 
-/// The distance from a torus at the nodes of 32 cells per side as coefficients, and three levels around its surface.
-fn torus() -> HierarchicalSpline<3> {
+/// The distance from a torus at the nodes of 32 cells per side as coefficients, and some levels around its surface.
+fn torus(levels: u8) -> HierarchicalSpline<3> {
     let (big, small, cell) = (0.62f64, 0.3f64, 1.0 / 16.0);
     let coefficients = (0..35 * 35 * 35).map(|flat| {
         let [x, y, z] = [flat / (35 * 35), flat / 35 % 35, flat % 35].map(|k| -1.0 + cell * (f64::from(k) - 1.0));
@@ -47,7 +47,7 @@ fn torus() -> HierarchicalSpline<3> {
             [(big + small * cv) * cu, (big + small * cv) * su, small * sv]
         })
         .collect();
-    let band = CellBand::new(&knots, &points, &vec![3; points.len()], [3, 3]).expect("points in the box");
+    let band = CellBand::new(&knots, &points, &vec![levels; points.len()], [3, 3]).expect("points in the box");
     let root = Spline::from_flat(knots, coefficients.collect()).expect("one coefficient per function");
     let level = |active: &Arc<_>| {
         let count = zeroset_bspline::IndexSet::<3>::len(active);
@@ -75,11 +75,15 @@ fn bench(criterion: &mut Criterion) {
     group.bench_function("gyroid 128³, linear", |b| b.iter(|| surface(black_box(&gyroid), none, &options)));
     group.throughput(Throughput::Elements((NODES * NODES * NODES / 8) as u64));
     group.bench_function("noise 64³, linear", |b| b.iter(|| surface(black_box(&noise), none, &options)));
-    let torus = torus();
-    let cells = torus.crossed_cells(3).expect("a lattice that can be counted").cells.len();
-    group.throughput(Throughput::Elements(cells as u64));
-    group.bench_function("torus 256³, crossed cells", |b| b.iter(|| torus.crossed_cells(black_box(3))));
-    group.bench_function("torus 256³, from crossed cells", |b| b.iter(|| surface_of(black_box(&torus), 3, &options)));
+    for levels in [3, 4] {
+        let (torus, halvings, name) = (torus(levels), u32::from(levels), format!("torus {}³", 32 << levels));
+        let cells = torus.crossed_cells(halvings).expect("a lattice that can be counted").cells.len();
+        group.throughput(Throughput::Elements(cells as u64));
+        group.bench_function(format!("{name}, crossed cells"), |b| b.iter(|| torus.crossed_cells(black_box(halvings))));
+        group.bench_function(format!("{name}, from crossed cells"), |b| {
+            b.iter(|| surface_of(black_box(&torus), halvings, &options));
+        });
+    }
     group.finish();
 }
 

@@ -1,7 +1,8 @@
 //! How fast the normal operator of a band level is: `cargo bench -p zeroset-multigrid --bench band [-- CELLS [POINTS]]`.
 //!
 //! A torus is sampled as finely as the finest cells, 256 along its longest side unless told otherwise; more points may be
-//! asked for. Rates are per thread.
+//! asked for. Rates are per thread. The least that a kernel has to do is told beside its rate: what it has to bring from memory and
+//! back if caches held everything else, and the multiplications of its formula.
 
 use std::borrow::Cow;
 use std::f64::consts::{PI, TAU};
@@ -69,36 +70,46 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let collocation = BandCollocation::new(level, &points);
     let energy = BandEnergy::new(Arc::clone(active), level.cell_sides(), Fairness::thin_plate(1e-6));
     let third = energy.with_fairness(Fairness::third_order(1e-10, 0.01));
-    let rate = |name: &str, time: f64| {
-        let rate = active.len() as f64 / time / threads / 1e6;
-        println!("{name:32} {:8.2} ms {rate:8.1} million unknowns per second and thread", 1e3 * time);
+    let say = |name: &str, unit: &str, units: usize, least: [f64; 2], time: f64| {
+        let rate = units as f64 / time / threads / 1e6;
+        let [bytes, multiplications] = least;
+        println!(
+            "{name:24} {:8.2} ms {rate:8.1} million {unit} per second and thread, at least {bytes:.0} bytes and {multiplications:.0} \
+             multiplications each",
+            1e3 * time
+        );
     };
+    let rate = |name: &str, least: [f64; 2], time: f64| say(name, "unknowns", active.len(), least, time);
     let x: Vec<f64> = (0..active.len()).map(|i| ((i * 37) % 101) as f64).collect();
     let mut y = vec![0.0; x.len()];
     let mut field = zeroset_bspline::BlockField::zeros(Arc::clone(active));
-    rate("into blocks", seconds(|| field.scatter(&x)));
-    rate("thin-plate energy", seconds(|| energy.apply(&field, None, &mut y)));
-    rate("third-order energy", seconds(|| third.apply(&field, None, &mut y)));
+    // In and out.
+    let bytes = 16.0;
+    rate("into blocks", [bytes, 0.0], seconds(|| field.scatter(&x)));
+    // Four entries, the lines being symmetric, for each term of E_k = Σ G_a E_{k−a}: k + 1 of them for every k along the axis between,
+    // one for every k along the first and the last.
+    let thin = 4.0 * (3 + 6 + 3) as f64;
+    rate("thin-plate energy", [bytes, thin], seconds(|| energy.apply(&field, None, &mut y)));
+    rate("third-order energy", [bytes, 4.0 * (4 + 10 + 4) as f64], seconds(|| third.apply(&field, None, &mut y)));
     let (alpha, beta) = (vec![1.0; points.len()], vec![[0.1, 0.2, 0.3]; points.len()]);
+    // Per point: cubics and slopes along three axes, three products of two axes, two sums over the first axis and four over the
+    // others; its place (32 bytes) and what comes of it.
+    let (cubics, products) = (36, 3 * 16);
+    let on_points =
+        [32.0 + 32.0 + 8.0 * active.len() as f64 / count as f64, (cubics + products + 2 * 64 + 4 * 16) as f64];
     let time = seconds(|| drop(collocation.values_and_gradients(level.total())));
-    println!(
-        "{:32} {:8.2} ms {:8.1} ns per point",
-        "values and gradients",
-        1e3 * time,
-        1e9 * time * threads / count as f64
-    );
+    say("values and gradients", "points", count, on_points, time);
     let time = seconds(|| drop(spline.evaluate(&points, zeroset_bspline::Derivatives::Gradient)));
-    println!(
-        "{:32} {:8.2} ms {:8.1} ns per point",
-        "the same by the spline",
-        1e3 * time,
-        1e9 * time * threads / count as f64
-    );
+    say("the same by the spline", "points", count, on_points, time);
     let rows = BandRows { collocation: Cow::Borrowed(&collocation), alpha, beta };
     let operator = BandOperator::new(vec![rows], energy);
-    rate("normal operator", seconds(|| operator.apply(&x, &mut y)));
+    // Per point also its row's factors (32 bytes), their product with the coefficients, and its multiple added to the result.
+    let per_point = [64.0, (cubics + products + 2 * 16 + 8 + 2 * 64 + 2 * 16 + 8 + 2 * 64) as f64];
+    let points_each = count as f64 / active.len() as f64;
+    let least = [bytes + points_each * per_point[0], thin + points_each * per_point[1]];
+    rate("normal operator", least, seconds(|| operator.apply(&x, &mut y)));
     let truncation = Truncation { most_steps: 12, tolerance: 0.0, radius: f64::INFINITY };
     let time = seconds(|| drop(solve_truncated(&operator, &x, &truncation)));
-    println!("{:32} {:8.2} ms", "twelve steps", 1e3 * time);
+    println!("{:24} {:8.2} ms", "twelve steps", 1e3 * time);
     Ok(())
 }

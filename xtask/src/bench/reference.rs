@@ -14,16 +14,26 @@ const ROUNDS: usize = 10_000_000;
 /// The best of so many.
 const TRIES: usize = 5;
 
-/// Memory bandwidth and arithmetic rate, on one thread and on all cores.
-pub fn section() -> String {
+/// What one core can do.
+#[derive(Debug, Clone, Copy)]
+pub struct Core {
+    /// Bytes per second to and from memory.
+    pub bandwidth: f64,
+    /// Multiply-adds per second.
+    pub arithmetic: f64,
+}
+
+/// Memory bandwidth and arithmetic rate, on one thread and on all cores; and those of one.
+pub fn section() -> (String, Core) {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let mut text = String::from(
         "## The machine's own rates\n\n| threads | triad a = b + s c, GB/s | multiply-add, 10⁹ per second |\n|---|---|---|\n",
     );
     let mut counts = vec![1, cores];
     counts.dedup();
-    for threads in counts {
-        text.push_str(&format!("| {threads} | {:.1} | {:.1} |\n", triad(threads) / 1e9, multiply_add(threads) / 1e9));
+    let rates: Vec<Core> = counts.iter().map(|n| Core { bandwidth: triad(*n), arithmetic: multiply_add(*n) }).collect();
+    for (threads, rate) in counts.iter().zip(&rates) {
+        text.push_str(&format!("| {threads} | {:.1} | {:.1} |\n", rate.bandwidth / 1e9, rate.arithmetic / 1e9));
     }
     let [found, again] = super::ballast::first_touch();
     text.push_str(
@@ -33,7 +43,7 @@ pub fn section() -> String {
         "\nThe first touch of 10⁹ bytes takes {found:.2} s as memory is found, {again:.2} s where it was given back just before. So that the \
          host's share does not count, as much memory as a run is going to take stays in use until the run takes it.\n"
     ));
-    text
+    (text, rates[0])
 }
 
 /// Bytes per second of `a = b + s c`.
