@@ -232,6 +232,7 @@ impl<const D: usize> Refinement<'_, D> {
             close_enough: CLOSE_ENOUGH * spacing,
             // The more cells lie between points, the more work it is to bring word from one to the next.
             cg_steps: (CG_STEPS * (spacing / cell).max(1.0)).ceil() as usize,
+            merge: !self.is_noisy(),
             cancel: self.cancel.clone(),
             ..trust_region::LevelOptions::for_spacing::<D>(spacing)
         };

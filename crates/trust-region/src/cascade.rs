@@ -10,6 +10,7 @@ use crate::iteration::ACCEPT;
 use crate::level_objective::{CHUNK, Judge, LevelObjective, LevelState, Weighted, squared_distance};
 use crate::level_options::{LevelError, LevelOptions};
 use crate::level_report::{LevelErrors, LevelStep, LevelSummary};
+use crate::merged::merged;
 use crate::rows::dot;
 use crate::sides::Sides;
 
@@ -23,6 +24,8 @@ const ENERGY_POWER: f64 = 0.1;
 /// Where a finer level follows, ℓ stays above so many cells: what a coarse level does to fit detail that it cannot hold
 /// reaches farther than the finer level's band.
 const COARSE: f64 = 0.3;
+/// Where a finer level follows, points within this share of a cell are taken for one: a few for each function near the surface.
+const MERGED: f64 = 0.5;
 /// Lengths are the same up to rounding.
 const TRIED: f64 = 1.0 + 1e-9;
 
@@ -184,8 +187,11 @@ impl<'a, const D: usize> Cascade<'a, D> {
         finer: bool,
     ) -> (Option<Found>, LevelSummary) {
         let start = Instant::now();
-        let objective =
-            LevelObjective::new(level, self.fitted, self.judge.points(), self.sides, self.energy, self.options);
+        // What a level gets wrong for want of points is mended by the next one, or by the step with all points.
+        let may_merge = self.options.merge && finer && given.is_none();
+        let merged = may_merge.then(|| merged(self.fitted, &level.cell_sides().map(|side| MERGED * side))).flatten();
+        let fitted = merged.as_ref().unwrap_or(self.fitted);
+        let objective = LevelObjective::new(level, fitted, self.judge.points(), self.sides, self.energy, self.options);
         let (lengths, corrections) = match given {
             Some(found) => (vec![found.smoothing_length], found.corrections.clone()),
             None => (self.lengths(level.cell_side(), number, finer), vec![0.0; level.active().len()]),
@@ -244,11 +250,13 @@ impl<'a, const D: usize> Cascade<'a, D> {
         if given.is_some() && best_step.is_none() {
             self.energy = initial.energy;
         }
+        let whole = |fitted: &Weighted<D>| fitted.points.len() + self.judge.points().len();
         let found = (given.is_some() || best_step.is_some()).then_some(Found {
             smoothing_length: self.smoothing_length,
             corrections: best,
             energy: self.energy,
-            points: summary.points,
+            // All, if all that stand for them.
+            points: if summary.points == whole(fitted) { whole(self.fitted) } else { summary.points },
         });
         (found, summary)
     }

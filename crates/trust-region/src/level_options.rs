@@ -49,6 +49,9 @@ pub struct LevelOptions {
     /// Where normals are given: a slope along the normal that is too small by 1 counts as much as a distance of this
     /// length. Not negative; 0 for no heed to normals.
     pub normal_length: f64,
+    /// Whether on levels that a finer one can follow one point may stand for those near it, with their weights: saves time where there
+    /// are many points per cell, and loses what averaging over their noise would bring.
+    pub merge: bool,
     /// Looked at after every step; once it is cancelled no level makes more than one, and the result is the best function so far.
     pub cancel: CancelToken,
 }
@@ -72,6 +75,7 @@ impl Default for LevelOptions {
             seed: 0,
             gradient_floor: 1e-3,
             normal_length: 0.004,
+            merge: false,
             cancel: CancelToken::new(),
         }
     }

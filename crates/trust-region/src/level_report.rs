@@ -44,7 +44,7 @@ pub struct LevelSummary {
     pub active: usize,
     /// Cells.
     pub cells: usize,
-    /// Points that lie in the cells, those held out included.
+    /// Points that lie in the cells, those held out included; where many share a cell, one may stand for them.
     pub points: usize,
     /// Errors before the first step, over the points in the cells.
     pub initial: LevelErrors,

@@ -68,6 +68,7 @@ mod iteration;
 mod level_objective;
 mod level_options;
 mod level_report;
+mod merged;
 mod more_sorensen;
 mod objective;
 mod options;

@@ -145,6 +145,20 @@ fn held_out_points_restrain_the_fit() {
 }
 
 #[test]
+fn merged_points_lead_to_the_same_curve() {
+    let points = flower(6000, 0.0);
+    let (initial, band, options) = five_levels(&points);
+    let merging = LevelOptions { merge: true, ..options.clone() };
+    let [(f, all), (g, merged)] =
+        [options, merging].map(|options| refine_levels(&points, None, None, &initial, &band, &options).unwrap());
+    let count = |report: &LevelsReport| report.levels.iter().map(|level| level.points).collect::<Vec<_>>();
+    let (all, merged) = (count(&all), count(&merged));
+    assert!(5 * merged[0] < all[0] && merged.is_sorted() && merged.last() == Some(&6000), "{merged:?} of {all:?}");
+    // The spacing is 5e-4: no more than a thousandth of it is lost.
+    assert!(error(&f).max(error(&g)) < 5e-7, "{:e} {:e}", error(&f), error(&g));
+}
+
+#[test]
 fn close_enough_ends_the_search() {
     let points = flower(3000, 0.0);
     let (initial, band, options) = five_levels(&points);
