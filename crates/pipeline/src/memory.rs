@@ -70,6 +70,16 @@ impl MemoryReport {
     /// Whether the matrix of a lattice with so many coefficients of a degree can be factored besides.
     pub(crate) fn has_room_to_factor<const D: usize>(&self, coefficients: usize, degree: usize) -> bool {
         let bytes = FACTOR * factor_entries::<D>(coefficients as f64, degree);
+        self.has_room_for(bytes)
+    }
+
+    /// Whether so many functions of the dense lattice can be refined, where fewer were counted on.
+    pub(crate) fn has_room_to_refine(&self, active: usize) -> bool {
+        self.has_room_for(ACTIVE * active as f64)
+    }
+
+    /// Whether so many bytes can be had besides.
+    fn has_room_for(&self, bytes: f64) -> bool {
         self.limit.is_none_or(|limit| self.need as f64 + bytes <= limit as f64)
     }
 }

@@ -162,7 +162,7 @@ pub(crate) fn road<const D: usize>(
     let margin = options.margin_in_frame(frame.scale)?;
     let Lattices { domain, halvings, levels } = lattices(&frame, &spacing, margin, options);
     let band = match options.refine && options.degree == 3 {
-        true => Some(refinement::band(&heard, &spacing, &domain, halvings, levels)?),
+        true => Some(refinement::band(&heard, &spacing, &domain, halvings, levels, 0.0)?),
         false => None,
     };
     let cell = domain.spacing(halvings);
@@ -180,6 +180,13 @@ pub(crate) fn road<const D: usize>(
         })?;
 
     let noise = gefm::noise_deviation(&f_hat, &heard);
+    let band = match band {
+        Some(band) if refinement::is_deep(noise, &spacing) => {
+            let wide = refinement::band(&heard, &spacing, &domain, halvings, levels, noise)?.shallower(memory.levels);
+            Some(if memory.has_room_to_refine(wide.near().len()) { wide } else { band })
+        }
+        band => band,
+    };
     let nodes = domain.nodes(halvings);
     // The referee knows closed surfaces only and may take an open one for noisy: its choice of a long smoothing length is then
     // heard only if neighbouring points differ as noisy ones do.

@@ -38,12 +38,22 @@ const SECOND_ORDER: f64 = 4.0;
 const CG_STEPS: f64 = 12.0;
 /// Noise below this share of the spacing is not told from detail.
 const NOISY: f64 = 0.1;
+/// Above this share of it f̂ and the initial shape are far enough from the surface that refinement has to move them over many cells at
+/// once, of which conjugate gradients learn cell by cell: on the dense lattice they make so many steps then, where cells are as large as
+/// spacings.
+const DEEP: f64 = 0.2;
+const CG_STEPS_DEEP: f64 = 30.0;
+/// And above this share it is estimated two percent too large, with detail that it hides, and a fit follows a percent of it: Sampson
+/// distances are to be this share of what was estimated.
+const OVERESTIMATED: f64 = 0.4;
+const LEFT: f64 = 0.97;
 /// Held-out points this close, in spacings, leave nothing to see: of a perfectly smooth shape finer levels would go on forever.
 const CLOSE_ENOUGH: f64 = 1e-4;
 /// The first smoothing length, in that of the ladder's choice, and at least so many standard deviations of the noise.
 const FIRST_LENGTH: f64 = 2.0;
 const FIRST_LENGTH_NOISE: f64 = 3.0;
-/// Of fewer points, the held-out ones are a small sample, and f̂ is rough between them.
+/// Of fewer points, the held-out ones are a small sample, and f̂ is rough between them; and since nothing holds their topology, noisy ones are
+/// not to move the initial shape far.
 const FEW: usize = 3000;
 /// The refinement is done so often again with what it has changed held,
 const ROUNDS: usize = 3;
@@ -116,13 +126,15 @@ fn finest_cell<const D: usize>(points: usize) -> f64 {
 }
 
 /// The levels above the dense lattice, finer where the points are denser; `levels` is how many there are at the typical spacing,
-/// if that is not for the spacing to say.
+/// if that is not for the spacing to say. Where there is deep `noise` the dense lattice is corrected as far from the points as a band can reach:
+/// what holds f at its edge holds the surface too, if ℓ is as long as the band is wide.
 pub fn band<const D: usize>(
     points: &[[f64; D]],
     spacing: &Spacing,
     domain: &Domain<D>,
     halvings: u32,
     levels: Option<u32>,
+    noise: f64,
 ) -> Result<CellBand<D>, ReconstructError> {
     let cell = domain.spacing(halvings);
     let (finest, share) = match levels {
@@ -135,7 +147,13 @@ pub fn band<const D: usize>(
     let finest = worthwhile(&levels);
     levels.iter_mut().for_each(|level| *level = (*level).min(finest));
     let near = ((NEAR * spacing.typical / cell).ceil() as usize).clamp(BAND, WIDEST);
+    let near = if is_deep(noise, spacing) { WIDEST } else { near };
     Ok(CellBand::new(&domain.knots(3, halvings)?, points, &levels, [near, BAND])?)
+}
+
+/// Whether there is so much noise that the initial shape is to be moved far, and enough points to hold its topology all the same.
+pub fn is_deep(noise: f64, spacing: &Spacing) -> bool {
+    noise > DEEP * spacing.typical && spacing.local.len() >= FEW
 }
 
 /// A refined function with its figures.
@@ -147,7 +165,7 @@ impl<const D: usize> Refinement<'_, D> {
     pub fn run(&self, initial: &Spline<D>) -> Result<(Function<D>, Vec<bool>), ReconstructError> {
         let mut stray = vec![false; self.points.len()];
         let Some(band) = self.band else { return Ok((self.on_one_lattice(initial)?, stray)) };
-        let (mut sides, mut areas) = (trust_region::Sides::default(), self.spacing.areas.clone());
+        let (mut sides, mut areas) = (trust_region::Sides::default(), self.areas());
         if self.points.len() < FEW {
             return Ok((self.on_levels(initial, band, &sides, &areas, self.noise)?, stray));
         }
@@ -183,6 +201,17 @@ impl<const D: usize> Refinement<'_, D> {
 
     fn is_noisy(&self) -> bool {
         self.noise > NOISY * self.spacing.typical
+    }
+
+    /// What the points weigh: the area around each. Those that noise has taken farthest stand most alone, and would weigh most; so that of
+    /// noisy points is averaged over their neighbours.
+    fn areas(&self) -> Vec<f64> {
+        if !self.is_noisy() {
+            return self.spacing.areas.clone();
+        }
+        let areas: Vec<f64> = self.spacing.smoothed(self.points).iter().map(|s| s.powi(D as i32 - 1)).collect();
+        let mean = areas.iter().sum::<f64>() / areas.len() as f64;
+        areas.iter().map(|area| area / mean).collect()
     }
 
     /// What was found, or nothing if it is more than a share of the points.
@@ -221,21 +250,28 @@ impl<const D: usize> Refinement<'_, D> {
         noise: f64,
     ) -> Refined<D> {
         let (spacing, cell) = (self.spacing.typical, self.domain.spacing(self.halvings));
-        let noise = self.is_noisy().then_some(noise);
+        let deep = is_deep(self.noise, self.spacing);
+        let noise = self.is_noisy().then_some(if noise > OVERESTIMATED * spacing { LEFT * noise } else { noise });
         let first =
             (FIRST_LENGTH * self.ratio * spacing).max(0.5 * cell).max(FIRST_LENGTH_NOISE * noise.unwrap_or(0.0));
+        // The more cells lie between points, the more work it is to bring word from one to the next.
+        let cg_steps = |steps: f64| (steps * (spacing / cell).max(1.0)).ceil() as usize;
         let mut settings = trust_region::LevelOptions {
             smoothing_length: first,
             smallest_smoothing_length: 0.05 * spacing,
             third_order: Some(SECOND_ORDER * spacing),
             noise,
             close_enough: CLOSE_ENOUGH * spacing,
-            // The more cells lie between points, the more work it is to bring word from one to the next.
-            cg_steps: (CG_STEPS * (spacing / cell).max(1.0)).ceil() as usize,
+            cg_steps: cg_steps(CG_STEPS),
+            first_cg_steps: cg_steps(if deep { CG_STEPS_DEEP } else { CG_STEPS }),
             merge: !self.is_noisy(),
             cancel: self.cancel.clone(),
             ..trust_region::LevelOptions::for_spacing::<D>(spacing)
         };
+        if let (Some(noise), true) = (noise, deep) {
+            // A point that noise has taken a standard deviation away is to say as much by its slope as by its place.
+            (settings.normal_length, settings.unit_slopes) = (noise, true);
+        }
         if self.points.len() < FEW {
             // So few are held out that their error may turn by chance.
             settings.patience = 5;
@@ -268,7 +304,7 @@ impl<const D: usize> Refinement<'_, D> {
         let degree = initial.knots()[0].degree();
         settings.stiffness = anchor::stiffness(self.domain, self.halvings, degree, self.distance, cell.max(spacing));
         let (spline, report) =
-            trust_region::refine_with(self.points, Some(&self.spacing.areas), initial, &settings, &|_| {
+            trust_region::refine_with(self.points, Some(&self.areas()), initial, &settings, &|_| {
                 if self.cancel.is_cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
             })?;
         Ok((HierarchicalSpline::new(spline)?, StageFigures::DenseRefinement(report)))

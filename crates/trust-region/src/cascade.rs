@@ -196,6 +196,7 @@ impl<'a, const D: usize> Cascade<'a, D> {
             Some(found) => (vec![found.smoothing_length], found.corrections.clone()),
             None => (self.lengths(level.cell_side(), number, finer), vec![0.0; level.active().len()]),
         };
+        let most_steps = if number == 0 { self.options.first_cg_steps } else { self.options.cg_steps };
         let mut total = objective.coefficients();
         let mut current = objective.at(corrections, &mut total);
         let initial = objective.errors(&current, &total, &self.judge);
@@ -205,13 +206,13 @@ impl<'a, const D: usize> Cascade<'a, D> {
         for (index, mut length) in lengths.into_iter().enumerate() {
             let before = self.options.noise.map(|noise| (noise, current.clone()));
             let mut step;
-            (current, step) = self.step(&objective, current, &mut total, length);
+            (current, step) = self.step(&objective, current, &mut total, (length, most_steps));
             if let Some((noise, before)) = before {
                 let found = objective.spread(&current);
                 self.at_noise = found <= noise;
                 if let (true, Some(last)) = (self.at_noise, steps.last()) {
                     length = at_target((last.smoothing_length, spread), (length, found), noise);
-                    (current, step) = self.step(&objective, before, &mut total, length);
+                    (current, step) = self.step(&objective, before, &mut total, (length, most_steps));
                 }
                 spread = found;
             }
@@ -269,18 +270,18 @@ impl<'a, const D: usize> Cascade<'a, D> {
         self.options.lengths(first, if finer { COARSE * cell } else { 0.0 })
     }
 
-    /// One Gauss–Newton step inside a trust region that shrinks until the objective falls. Gives the state that is kept.
+    /// One Gauss–Newton step with a smoothing length and so many steps of conjugate gradients at most, inside a trust region that shrinks
+    /// until the objective falls. Gives the state that is kept.
     fn step(
         &self,
         objective: &LevelObjective<'_, D>,
         current: LevelState<D>,
         total: &mut BlockField<D>,
-        smoothing_length: f64,
+        (smoothing_length, most_steps): (f64, usize),
     ) -> (LevelState<D>, LevelStep) {
         let weight = self.options.weight(smoothing_length, self.share);
         let before = current.objective(weight);
-        let (most_steps, tolerance) = (self.options.cg_steps, self.options.cg_tolerance);
-        let mut truncation = Truncation { most_steps, tolerance, radius: f64::INFINITY };
+        let mut truncation = Truncation { most_steps, tolerance: self.options.cg_tolerance, radius: f64::INFINITY };
         let (mut gain_ratio, mut next, mut cg_steps) = (f64::NAN, None, 0);
         let (operator, right) = objective.model(&current, weight);
         // What else is known of them takes memory, and is worked out again in case that no step is taken.

@@ -107,6 +107,25 @@ struct Part<const D: usize> {
 /// stay near zero between them than rise and fall: its Sampson distances are small all the same.)
 const STEEP: f64 = 0.5;
 
+/// What slopes along the normals are held to.
+#[derive(Debug, Clone, Copy)]
+enum Slope {
+    /// Not to be too small.
+    Steep,
+    /// 1.
+    Unit,
+}
+
+impl Slope {
+    /// By how much a slope differs from what is wanted.
+    fn miss(self, slope: f64) -> f64 {
+        match self {
+            Self::Steep => (slope - STEEP).min(0.0),
+            Self::Unit => slope - 1.0,
+        }
+    }
+}
+
 impl<const D: usize> Part<D> {
     fn new(level: &Level<D>, weighted: &Weighted<D>) -> Self {
         let collocation = BandCollocation::new(level, &weighted.points);
@@ -117,14 +136,14 @@ impl<const D: usize> Part<D> {
         Self { area: inner_product(&roots, &roots), collocation, roots, normals }
     }
 
-    /// `√aᵢ min(0, ∂f/∂nᵢ − ½)` of the points with normals.
-    fn slopes(&self, gradients: &[[f64; D]]) -> Vec<f64> {
+    /// `√aᵢ min(0, ∂f/∂nᵢ − ½)` of the points with normals, or `√aᵢ (∂f/∂nᵢ − 1)`.
+    fn slopes(&self, gradients: &[[f64; D]], wanted: Slope) -> Vec<f64> {
         let rows = self.normals.par_iter().zip(gradients).zip(&self.roots).with_min_len(CHUNK);
         let is_known = |normal: &[f64; D]| normal.iter().any(|n| *n != 0.0);
-        rows.map(|((n, g), a)| if is_known(n) { a * (dot(g, n) - STEEP).min(0.0) } else { 0.0 }).collect()
+        rows.map(|((n, g), a)| if is_known(n) { a * wanted.miss(dot(g, n)) } else { 0.0 }).collect()
     }
 
-    fn at(&self, total: &BlockField<D>, floor: f64) -> Sampson<D> {
+    fn at(&self, total: &BlockField<D>, floor: f64, wanted: Slope) -> Sampson<D> {
         let found = self.collocation.values_and_gradients(total);
         let chunks = || found.par_iter().with_min_len(CHUNK);
         let gradients: Vec<[f64; D]> = chunks().map(|(_, gradient)| *gradient).collect();
@@ -132,7 +151,7 @@ impl<const D: usize> Part<D> {
         let residual = |(((value, _), norm), root): ((&(f64, _), &f64), &f64)| root * value / norm.max(floor);
         let residuals: Vec<f64> = chunks().zip(&norms).zip(&self.roots).map(residual).collect();
         let error = inner_product(&residuals, &residuals);
-        let slopes = self.slopes(&gradients);
+        let slopes = self.slopes(&gradients, wanted);
         Sampson { residuals, gradients, norms, error, slope_error: inner_product(&slopes, &slopes), slopes }
     }
 
@@ -165,13 +184,13 @@ struct Sampson<const D: usize> {
     norms: Vec<f64>,
     /// `Σ aᵢ rᵢ²`.
     error: f64,
-    /// By how much slopes along the normals are too small, and the sum of their squares.
+    /// By how much slopes along the normals differ from what is wanted, and the sum of their squares.
     slopes: Vec<f64>,
     slope_error: f64,
 }
 
 /// `R(δ) = Σ aᵢ f(Pᵢ)²/‖∇f(Pᵢ)‖² + m² Σ aᵢ min(0, ∂f/∂nᵢ − ½)² + Σ l² + w E(f)` with `f = f_coarse + δ`, where m is the normal
-/// length and l what places off the surface lack.
+/// length and l what places off the surface lack. With unit slopes `∂f/∂nᵢ − 1` takes the place of the minimum.
 #[derive(Debug)]
 pub(crate) struct LevelObjective<'a, const D: usize> {
     active: Arc<IndexSet<D>>,
@@ -183,6 +202,7 @@ pub(crate) struct LevelObjective<'a, const D: usize> {
     energy: BandEnergy<D>,
     floor: f64,
     normal_length: f64,
+    slope: Slope,
     /// Coefficients of the coarser function, its energy, and `H f_coarse`.
     coarse: &'a BlockField<D>,
     coarse_energy: f64,
@@ -197,7 +217,7 @@ pub(crate) struct LevelState<const D: usize> {
     /// `H f`.
     gradient: Vec<f64>,
     pub(crate) energy: f64,
-    /// `m² Σ aᵢ min(0, ∂f/∂nᵢ − ½)²`.
+    /// `m²` times the squares of what slopes differ by.
     slope_error: f64,
     /// What places off the surface lack.
     lacks: Vec<f64>,
@@ -241,6 +261,7 @@ impl<'a, const D: usize> LevelObjective<'a, D> {
             energy,
             floor: options.gradient_floor,
             normal_length: options.normal_length,
+            slope: if options.unit_slopes { Slope::Unit } else { Slope::Steep },
             coarse,
             coarse_energy,
             coarse_gradient,
@@ -272,7 +293,7 @@ impl<'a, const D: usize> LevelObjective<'a, D> {
         both.for_each(|(change, coarse)| *change += coarse);
         // E(f + δ) − E(f) = δᵀ (2 H f + H δ) = δᵀ (H f + H (f + δ)).
         let change = inner_product(&corrections, &self.coarse_gradient) + inner_product(&corrections, &gradient);
-        let sampson = self.fitted.at(total, self.floor);
+        let sampson = self.fitted.at(total, self.floor, self.slope);
         let slope_error = self.normal_length.powi(2) * sampson.slope_error;
         let lacks = self.bounded.lacks(total);
         LevelState { corrections, sampson, gradient, energy: self.coarse_energy + change, slope_error, lacks }
@@ -308,16 +329,16 @@ impl<'a, const D: usize> LevelObjective<'a, D> {
         // Where the floor holds, the divisor is a constant.
         let slope = |i: usize| if norms[i] < self.floor { 0.0 } else { -residuals[i] / norms[i].powi(2) };
         let beta: Vec<[f64; D]> = chunks().map(|i| gradients[i].map(|g| slope(i) * g)).collect();
-        let flat: Vec<usize> = (0..slopes.len()).filter(|i| slopes[*i] < 0.0).collect();
+        let missed: Vec<usize> = (0..slopes.len()).filter(|i| slopes[*i] != 0.0).collect();
         let along = |i: usize| self.fitted.normals[i].map(|n| self.normal_length * self.fitted.roots[i] * n);
-        let flat_slopes: Vec<f64> = flat.iter().map(|i| self.normal_length * slopes[*i]).collect();
+        let missed_slopes: Vec<f64> = missed.iter().map(|i| self.normal_length * slopes[*i]).collect();
         let mut rows = vec![BandRows { collocation: Cow::Borrowed(&self.fitted.collocation), alpha, beta }];
         let mut right_sides: Vec<&[f64]> = vec![residuals];
-        if !flat.is_empty() {
-            let collocation = Cow::Owned(self.fitted.collocation.subset(|i| slopes[i] < 0.0));
-            let (alpha, beta) = (vec![0.0; flat.len()], flat.iter().map(|i| along(*i)).collect());
+        if !missed.is_empty() {
+            let collocation = Cow::Owned(self.fitted.collocation.subset(|i| slopes[i] != 0.0));
+            let (alpha, beta) = (vec![0.0; missed.len()], missed.iter().map(|i| along(*i)).collect());
             rows.push(BandRows { collocation, alpha, beta });
-            right_sides.push(&flat_slopes);
+            right_sides.push(&missed_slopes);
         }
         let lacking = self.bounded.rows(&state.lacks).map(|(bounded, lacks)| {
             rows.push(bounded);
@@ -361,8 +382,8 @@ mod tests {
             points,
             normals: (0..40).map(normal).collect(),
         };
-        for third_order in [None, Some(0.5)] {
-            let options = LevelOptions { third_order, normal_length: 0.1, ..LevelOptions::default() };
+        for (third_order, unit_slopes) in [(None, false), (Some(0.5), false), (Some(0.5), true)] {
+            let options = LevelOptions { third_order, normal_length: 0.1, unit_slopes, ..LevelOptions::default() };
             let objective = LevelObjective::new(&spline.levels()[0], &weighted, &[], &Sides::default(), 3.0, &options);
             let mut total = objective.coefficients();
             let size = spline.levels()[0].active().len();

@@ -37,6 +37,8 @@ pub struct LevelOptions {
     pub steps: usize,
     /// Most conjugate-gradient steps for each, of one product with the operator. At least 1.
     pub cg_steps: usize,
+    /// The same on the first level, the dense one, which has to find what is smooth over many cells. At least 1.
+    pub first_cg_steps: usize,
     /// Conjugate gradients end when the residual has fallen to this share. In [0, 1).
     pub cg_tolerance: f64,
     /// Share of the points that is held out while ℓ is looked for, chosen by a hash of their position; 0 for none, and then
@@ -49,6 +51,9 @@ pub struct LevelOptions {
     /// Where normals are given: a slope along the normal that is too small by 1 counts as much as a distance of this
     /// length. Not negative; 0 for no heed to normals.
     pub normal_length: f64,
+    /// Whether slopes along the normals are held to 1, from below and above; otherwise they are too small only below ½. For noisy points:
+    /// f is a distance to them, on both sides of walls that are hardly thicker than the noise.
+    pub unit_slopes: bool,
     /// Whether on levels that a finer one can follow one point may stand for those near it, with their weights: saves time where there
     /// are many points per cell, and loses what averaging over their noise would bring.
     pub merge: bool,
@@ -70,11 +75,13 @@ impl Default for LevelOptions {
             patience: 2,
             steps: 8,
             cg_steps: 24,
+            first_cg_steps: 24,
             cg_tolerance: 1e-3,
             holdout: 0.05,
             seed: 0,
             gradient_floor: 1e-3,
             normal_length: 0.004,
+            unit_slopes: false,
             merge: false,
             cancel: CancelToken::new(),
         }
@@ -167,6 +174,7 @@ impl LevelOptions {
             ("patience", self.patience as f64, self.patience >= 1, "at least one step is needed"),
             ("steps", self.steps as f64, self.steps >= 1, "at least one step is needed"),
             ("cg_steps", self.cg_steps as f64, self.cg_steps >= 1, "at least one step is needed"),
+            ("first_cg_steps", self.first_cg_steps as f64, self.first_cg_steps >= 1, "at least one step is needed"),
             ("cg_tolerance", self.cg_tolerance, share(self.cg_tolerance), "must lie in [0, 1)"),
             ("holdout", self.holdout, (0.0..=0.5).contains(&self.holdout), "must lie in [0, 0.5]"),
             (

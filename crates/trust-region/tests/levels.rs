@@ -214,6 +214,50 @@ fn known_noise_decides_how_close_the_fit_is() {
     assert!(matches!(refused, LevelError::Refine(Error::Option { name: "noise", .. })));
 }
 
+#[test]
+fn unit_slopes_make_a_distance_of_a_noisy_fit() {
+    let noise = 0.02;
+    let points = flower(3000, noise);
+    let (initial, _) = initial(&points, 0.01);
+    let band = CellBand::new(initial.knots(), &points, &vec![1; points.len()], [3, 3]).unwrap();
+    let gradients = initial.evaluate(&points, Derivatives::Gradient).gradients;
+    let normals: Vec<[f64; 2]> = gradients.iter().map(|g| g.map(|x| x / g[0].hypot(g[1]))).collect();
+    let sides = Sides { normals: normals.clone(), ..Sides::default() };
+    let options = LevelOptions {
+        density: 1000.0,
+        smoothing_length: 0.04,
+        noise: Some(noise),
+        normal_length: noise,
+        ..LevelOptions::default()
+    };
+    // Root mean square of what slopes along the normals differ from 1.
+    let missed = |unit_slopes: bool| {
+        let options = LevelOptions { unit_slopes, ..options.clone() };
+        let (f, _) = refine_levels(&points, None, Some(&sides), &initial, &band, &options).unwrap();
+        let slopes = f.evaluate(&points, Derivatives::Gradient).gradients;
+        let miss = |(g, n): (&[f64; 2], &[f64; 2])| (g[0] * n[0] + g[1] * n[1] - 1.0).powi(2);
+        ((slopes.iter().zip(&normals).map(miss).sum::<f64>() / points.len() as f64).sqrt(), error(&f))
+    };
+    let ((unit, unit_error), (free, _)) = (missed(true), missed(false));
+    // Between lobes the normals turn within the noise, so that no function has all slopes.
+    assert!(unit < 0.8 * free && unit < 0.3, "{unit} {free}");
+    assert!(unit_error < 0.5 * noise, "{unit_error}");
+}
+
+#[test]
+fn the_first_level_has_steps_of_its_own() {
+    let points = flower(600, 0.0);
+    let (initial, options) = initial(&points, 0.006);
+    let band = CellBand::new(initial.knots(), &points, &vec![2; points.len()], [3, 3]).unwrap();
+    let options = LevelOptions { cg_steps: 3, first_cg_steps: 7, cg_tolerance: 0.0, ..options };
+    let (_, report) = refine_levels(&points, None, None, &initial, &band, &options).unwrap();
+    let steps = |level: usize| report.levels[level].steps[0].cg_steps;
+    assert_eq!((steps(0), steps(1)), (7, 3));
+    let none = LevelOptions { first_cg_steps: 0, ..options };
+    let refused = refine_levels(&points, None, None, &initial, &band, &none).unwrap_err();
+    assert!(matches!(refused, LevelError::Refine(Error::Option { name: "first_cg_steps", .. })));
+}
+
 fn distances<const D: usize>(f: &impl zeroset_bspline::Implicit<D>, places: &[[f64; D]]) -> Vec<f64> {
     f.evaluate(places, Derivatives::Gradient).sampson_distances()
 }
@@ -234,6 +278,7 @@ fn apart<const D: usize>(
         decay: 1.0,
         steps: 4,
         cg_steps: 400,
+        first_cg_steps: 400,
         cg_tolerance: tolerance,
         holdout: 0.0,
         ..LevelOptions::for_spacing::<D>(spacing)
