@@ -44,7 +44,7 @@ const NOISY: f64 = 0.1;
 const DEEP: f64 = 0.2;
 const CG_STEPS_DEEP: f64 = 30.0;
 /// And above this share it is estimated two percent too large, with detail that it hides, and a fit follows a percent of it: Sampson
-/// distances are to be this share of what was estimated.
+/// distances are to be this share of what was estimated, unless that changes the topology.
 const OVERESTIMATED: f64 = 0.4;
 const LEFT: f64 = 0.97;
 /// Held-out points this close, in spacings, leave nothing to see: of a perfectly smooth shape finer levels would go on forever.
@@ -166,11 +166,15 @@ impl<const D: usize> Refinement<'_, D> {
         let mut stray = vec![false; self.points.len()];
         let Some(band) = self.band else { return Ok((self.on_one_lattice(initial)?, stray)) };
         let (mut sides, mut areas) = (trust_region::Sides::default(), self.areas());
+        let left = if self.noise > OVERESTIMATED * self.spacing.typical { LEFT } else { 1.0 };
         if self.points.len() < FEW {
-            return Ok((self.on_levels(initial, band, &sides, &areas, self.noise)?, stray));
+            return Ok((self.on_levels(initial, band, &sides, &areas, left * self.noise)?, stray));
         }
         sides.normals = normals(self.f_hat, self.points);
-        let mut refined = self.on_levels(initial, band, &sides, &areas, self.noise)?;
+        let mut refined = self.on_levels(initial, band, &sides, &areas, left * self.noise)?;
+        if left < 1.0 && !self.changes(initial, &refined.0).is_empty() {
+            refined = self.on_levels(initial, band, &sides, &areas, self.noise)?;
+        }
         let most_held = if self.is_noisy() { MOST_HELD_NOISY } else { MOST_HELD };
         for round in 1..=ROUNDS {
             if self.cancel.is_cancelled() {
@@ -251,7 +255,7 @@ impl<const D: usize> Refinement<'_, D> {
     ) -> Refined<D> {
         let (spacing, cell) = (self.spacing.typical, self.domain.spacing(self.halvings));
         let deep = is_deep(self.noise, self.spacing);
-        let noise = self.is_noisy().then_some(if noise > OVERESTIMATED * spacing { LEFT * noise } else { noise });
+        let noise = self.is_noisy().then_some(noise);
         let first =
             (FIRST_LENGTH * self.ratio * spacing).max(0.5 * cell).max(FIRST_LENGTH_NOISE * noise.unwrap_or(0.0));
         // The more cells lie between points, the more work it is to bring word from one to the next.
