@@ -172,15 +172,20 @@ impl<const D: usize> Refinement<'_, D> {
         }
         sides.normals = normals(self.f_hat, self.points);
         let mut refined = self.on_levels(initial, band, &sides, &areas, left * self.noise)?;
-        if left < 1.0 && !self.changes(initial, &refined.0).is_empty() {
+        let mut found = self.changes(initial, &refined.0);
+        if left < 1.0 && !found.is_empty() {
             refined = self.on_levels(initial, band, &sides, &areas, self.noise)?;
+            found = self.changes(initial, &refined.0);
         }
         let most_held = if self.is_noisy() { MOST_HELD_NOISY } else { MOST_HELD };
         for round in 1..=ROUNDS {
             if self.cancel.is_cancelled() {
                 break;
             }
-            let changes = self.if_few(most_held, self.changes(initial, &refined.0));
+            if round > 1 {
+                found = self.changes(initial, &refined.0);
+            }
+            let changes = self.if_few(most_held, std::mem::take(&mut found));
             let dropped = self.if_few(MOST_STRAYS, self.strays(&refined.0, &stray));
             if changes.is_empty() && dropped.is_empty() {
                 break;
@@ -207,15 +212,10 @@ impl<const D: usize> Refinement<'_, D> {
         self.noise > NOISY * self.spacing.typical
     }
 
-    /// What the points weigh: the area around each. Those that noise has taken farthest stand most alone, and would weigh most; so that of
-    /// noisy points is averaged over their neighbours.
+    /// What the points weigh: the area around each, of noisy points averaged over their neighbours, for those that noise has taken
+    /// farthest would weigh most.
     fn areas(&self) -> Vec<f64> {
-        if !self.is_noisy() {
-            return self.spacing.areas.clone();
-        }
-        let areas: Vec<f64> = self.spacing.smoothed(self.points).iter().map(|s| s.powi(D as i32 - 1)).collect();
-        let mean = areas.iter().sum::<f64>() / areas.len() as f64;
-        areas.iter().map(|area| area / mean).collect()
+        if self.is_noisy() { self.spacing.smoothed_areas(self.points) } else { self.spacing.areas.clone() }
     }
 
     /// What was found, or nothing if it is more than a share of the points.

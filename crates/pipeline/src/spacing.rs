@@ -43,9 +43,7 @@ impl Spacing {
         let mut sorted = local.clone();
         sorted.sort_by(f64::total_cmp);
         let typical = sorted[sorted.len() / 2];
-        let mut areas: Vec<f64> = local.iter().map(|s| (s / typical).powi(D as i32 - 1)).collect();
-        let mean = areas.iter().sum::<f64>() / areas.len() as f64;
-        areas.iter_mut().for_each(|a| *a /= mean);
+        let areas = areas::<D>(&local, typical);
         Self { local, typical, density: typical.powi(1 - D as i32), areas }
     }
 
@@ -54,6 +52,11 @@ impl Spacing {
     pub fn smoothed<const D: usize>(&self, points: &[[f64; D]]) -> Vec<f64> {
         let tree = tree_of(points);
         self.smoothed_in(&tree, points)
+    }
+
+    /// The areas by that spacing: a point that noise has taken far stands alone, and has a large one by its own.
+    pub fn smoothed_areas<const D: usize>(&self, points: &[[f64; D]]) -> Vec<f64> {
+        areas::<D>(&self.smoothed(points), self.typical)
     }
 
     /// As [`Spacing::smoothed`], with a tree of the points.
@@ -89,6 +92,14 @@ impl Spacing {
             })
             .collect()
     }
+}
+
+/// What share of curve or surface each point stands for by its spacing, in units of the mean share.
+fn areas<const D: usize>(local: &[f64], typical: f64) -> Vec<f64> {
+    let mut areas: Vec<f64> = local.iter().map(|s| (s / typical).powi(D as i32 - 1)).collect();
+    let mean = areas.iter().sum::<f64>() / areas.len() as f64;
+    areas.iter_mut().for_each(|a| *a /= mean);
+    areas
 }
 
 /// Over so many neighbours a point's spacing is averaged.
