@@ -4,6 +4,7 @@
 
 use peak_alloc::PeakAlloc;
 use zeroset::{MemoryReport, Options, ReconstructError, extract_surface, reconstruct};
+use zeroset_tests::Random;
 
 #[global_allocator]
 static ALLOCATOR: PeakAlloc = PeakAlloc;
@@ -18,11 +19,10 @@ fn sphere(count: usize) -> Vec<[f64; 3]> {
 }
 
 /// What a run takes beyond what was taken before, bytes, with what it foretold and its warnings.
-fn taken(count: usize, options: &Options) -> (f64, MemoryReport, Vec<String>) {
+fn taken(points: &[[f64; 3]], options: &Options) -> (f64, MemoryReport, Vec<String>) {
     ALLOCATOR.reset_peak_usage();
     let before = ALLOCATOR.current_usage();
-    let points = sphere(count);
-    let mut result = reconstruct(&points, options).unwrap();
+    let mut result = reconstruct(points, options).unwrap();
     let (_, topology) = extract_surface(&mut result).unwrap();
     assert!(topology.closed && topology.genus == 0, "{topology:?}");
     let taken = ALLOCATOR.peak_usage().saturating_sub(before) as f64;
@@ -34,11 +34,15 @@ fn taken(count: usize, options: &Options) -> (f64, MemoryReport, Vec<String>) {
 fn memory_is_foretold_and_limited() {
     // The matrix library's buffers, 0.2 GB of addresses most of which are never used, are taken once and kept.
     let fine = Options { resolution: Some(128), ..Options::default() };
-    taken(2500, &fine);
-    for (count, options) in [(10_000, Options::default()), (40_000, fine)] {
-        let (taken, foretold, warnings) = taken(count, &options);
+    taken(&sphere(2500), &fine);
+    // A third of the spacing: the level of the dense lattice reaches farther, which is told once that is known.
+    let mut random = Random(1);
+    let noisy = sphere(10_000).iter().map(|p| p.map(|x| x + 0.01 * random.gaussian())).collect();
+    let clouds = [(sphere(10_000), Options::default()), (sphere(40_000), fine), (noisy, Options::default())];
+    for (points, options) in clouds {
+        let (taken, foretold, warnings) = taken(&points, &options);
         let ratio = foretold.need as f64 / taken;
-        println!("{count} points: {:.0} MB taken, {ratio:.2} of it foretold, {foretold:?}", taken / 1e6);
+        println!("{} points: {:.0} MB taken, {ratio:.2} of it foretold, {foretold:?}", points.len(), taken / 1e6);
         // Too little would bring the machine down, too much would leave out levels that fit.
         assert!((0.7..=2.0).contains(&ratio), "{ratio}");
         assert!(foretold.levels == foretold.wanted_levels && warnings.is_empty(), "{foretold:?} {warnings:?}");
@@ -46,7 +50,7 @@ fn memory_is_foretold_and_limited() {
 
     let limit = 200 << 20;
     let options = Options { resolution: Some(256), memory: Some(limit), ..Options::default() };
-    let (taken, foretold, warnings) = taken(10_000, &options);
+    let (taken, foretold, warnings) = taken(&sphere(10_000), &options);
     assert!(taken < limit as f64, "{taken}");
     assert_eq!((foretold.limit, foretold.levels, foretold.wanted_levels), (Some(limit), 1, 2));
     assert!(foretold.need <= limit && foretold.wanted_need > limit, "{foretold:?}");

@@ -56,7 +56,7 @@ const CUT: f64 = 1.5;
 pub struct MemoryReport {
     /// What the run may use: as asked for, or 70 % of what was free; `None` where that is not known.
     pub limit: Option<u64>,
-    /// What it needs, as estimated before it began.
+    /// What it needs, as estimated before it began, and again where noise asks for a wider band.
     pub need: u64,
     /// Levels above the dense lattice that it may use.
     pub levels: usize,
@@ -70,16 +70,6 @@ impl MemoryReport {
     /// Whether the matrix of a lattice with so many coefficients of a degree can be factored besides.
     pub(crate) fn has_room_to_factor<const D: usize>(&self, coefficients: usize, degree: usize) -> bool {
         let bytes = FACTOR * factor_entries::<D>(coefficients as f64, degree);
-        self.has_room_for(bytes)
-    }
-
-    /// Whether so many functions of the dense lattice can be refined, where fewer were counted on.
-    pub(crate) fn has_room_to_refine(&self, active: usize) -> bool {
-        self.has_room_for(ACTIVE * active as f64)
-    }
-
-    /// Whether so many bytes can be had besides.
-    fn has_room_for(&self, bytes: f64) -> bool {
         self.limit.is_none_or(|limit| self.need as f64 + bytes <= limit as f64)
     }
 }

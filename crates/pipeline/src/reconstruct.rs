@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use zeroset_bspline::{Derivatives, HierarchicalSpline, Spline};
+use zeroset_bspline::{CellBand, Derivatives, HierarchicalSpline, Spline};
 use zeroset_eikonal_sweep::{self as eikonal_sweep, Lattice};
 use zeroset_gefm::{self as gefm, KnownNormals};
 use zeroset_lsq_init as lsq_init;
@@ -166,8 +166,8 @@ pub(crate) fn road<const D: usize>(
         false => None,
     };
     let cell = domain.spacing(halvings);
-    let counts = Counts::of(points.len(), &spacing, &domain, halvings, options, band.as_ref());
-    let memory = counts.within(memory::memory_limit(options.memory))?;
+    let counts = |band: Option<&CellBand<D>>| Counts::of(points.len(), &spacing, &domain, halvings, options, band);
+    let mut memory = counts(band.as_ref()).within(memory::memory_limit(options.memory))?;
     let band = band.map(|band| band.shallower(memory.levels));
     let mut road = Road { stages: Vec::new(), watch };
 
@@ -182,8 +182,14 @@ pub(crate) fn road<const D: usize>(
     let noise = gefm::noise_deviation(&f_hat, &heard);
     let band = match band {
         Some(band) if refinement::is_deep(noise, &spacing) => {
-            let wide = refinement::band(&heard, &spacing, &domain, halvings, levels, noise)?.shallower(memory.levels);
-            Some(if memory.has_room_to_refine(wide.near().len()) { wide } else { band })
+            let wide = refinement::band(&heard, &spacing, &domain, halvings, levels, noise)?;
+            match counts(Some(&wide)).within(memory.limit) {
+                Ok(need) if need.levels == memory.levels => {
+                    memory = need;
+                    Some(wide.shallower(memory.levels))
+                }
+                _ => Some(band),
+            }
         }
         band => band,
     };

@@ -1,5 +1,6 @@
 //! Noise of a percent of the diagonal, which is most of the distance between points.
 
+use zeroset::bspline::Derivatives;
 use zeroset::{Options, extract_surface, reconstruct};
 use zeroset_io::Points;
 use zeroset_tests::Random;
@@ -7,8 +8,9 @@ use zeroset_tests::Random;
 use crate::fixtures::fixture;
 use crate::tori::torus;
 
-/// The topology is right, there is no doubt, and the noise is known.
-fn comes_out_right(points: &[[f64; 3]], genus: i64) {
+/// The topology is right, there is no doubt, the noise is known, and where the points were without it the surface is within a share
+/// of its standard deviation on average.
+fn comes_out_right(points: &[[f64; 3]], genus: i64, share: f64) {
     let side = |axis: usize| {
         let range = |f: fn(f64, f64) -> f64| points.iter().map(|p| p[axis]).reduce(f).unwrap();
         range(f64::max) - range(f64::min)
@@ -29,16 +31,24 @@ fn comes_out_right(points: &[[f64; 3]], genus: i64) {
     // Of 4000 points the estimate scatters by 3 %; what it takes for noise is also detail, and what it misses is what f̂ follows.
     let found = result.report.input.noise / noise;
     assert!((found - 1.0).abs() < 0.25, "{found} of the noise");
+    let places: Vec<[f64; 3]> = points.iter().map(|p| result.frame.to_frame(p)).collect();
+    let at = result.spline.evaluate(&places, Derivatives::Gradient);
+    let distances =
+        at.values.iter().zip(&at.gradients).map(|(v, g)| v.abs() / g.iter().map(|g| g * g).sum::<f64>().sqrt());
+    let mean = distances.sum::<f64>() / points.len() as f64 / (noise * result.frame.scale);
+    assert!(mean < share, "{mean} standard deviations from the points without noise");
 }
 
 #[test]
 fn bunny() {
     let (_, Points::Three(set)) = fixture("bunny") else { panic!("a surface") };
-    comes_out_right(&set.points, 0);
+    // 0.26; its ears are as thin as the noise.
+    comes_out_right(&set.points, 0, 0.3);
 }
 
-/// Six standard deviations thick: lengths below the noise make hundreds of handles there, and W agrees with them.
+/// Six standard deviations thick: lengths below the noise make hundreds of handles there, and W agrees with them. 0.14 of one are left; where
+/// refinement stayed near the initial shape, the points that noise takes farthest weighed most, and slopes were free, it was 0.21.
 #[test]
 fn thin_torus() {
-    comes_out_right(&torus(0.2, 8000, &mut Random(7)), 1);
+    comes_out_right(&torus(0.2, 8000, &mut Random(7)), 1, 0.17);
 }
