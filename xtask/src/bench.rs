@@ -32,7 +32,7 @@ pub struct Arguments {
     #[arg(long)]
     levels: bool,
     /// Points for the levels
-    #[arg(long, value_name = "N", default_value_t = 640_000)]
+    #[arg(long, value_name = "N", default_value_t = 1_250_000)]
     level_points: usize,
     /// Cells along the longest side on the finest of the levels, 64 to 1024
     #[arg(long, value_name = "CELLS", default_value_t = 512, value_parser = clap::value_parser!(u32).range(64..=1024))]

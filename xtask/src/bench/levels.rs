@@ -10,12 +10,13 @@ use super::torus;
 
 /// Seed of the points.
 const SEED: u64 = 2;
-/// Every level is refined down to this smoothing length, in its cells: the same work per unknown.
-const LENGTH: f64 = 0.3;
+/// Every level is refined down to this smoothing length, in its cells: two Gauss–Newton steps each, the same work per unknown. (The first
+/// level's steps begin at half a cell, those of the others below what the level before could hold.)
+const LENGTH: f64 = 0.33;
 /// Cells along the longest side of the coarsest level.
 const COARSEST: u32 = 64;
 
-/// The finest level of runs down to 64 cells and twice as many each time, on clouds whose samples are as dense as the cells
+/// The finest level of runs down to 64 cells and twice as many each time, on clouds with half a cell between samples
 /// each time; `points` are those of the last. A fixed smoothing length holds out no points, so that no level is left out for
 /// bringing too little.
 pub fn rows(program: &Program, points: usize, finest: u32) -> Result<Vec<Level>> {

@@ -104,8 +104,8 @@ pub fn sizes(rows: &[Row], meshlab: Option<&MeshLab>, plot: &str) -> String {
 /// Growth from level to level.
 pub fn levels(levels: &[Level], points: usize, plot: &str) -> String {
     let mut text = format!(
-        "## Levels\n\nThe finest level of runs on the torus with as many points as the level has cells on the surface ({points} for the last), \
-         refined to the same smoothing length in cells. Wanted growth: {GROWTH} ± {TOLERANCE}.\n\n| cells | active functions | growth | seconds | growth |\n|---|---|---|---|---|\n"
+        "## Levels\n\nThe finest level of runs on the torus with half a cell between points ({points} of them for the last), \
+         refined to the same smoothing length in cells. Wanted growth: {GROWTH} ± {TOLERANCE}.\n\n| cells | active functions | growth | products with the operator | seconds | growth |\n|---|---|---|---|---|---|\n"
     );
     let growth = |now: f64, before: Option<f64>| {
         before.map_or_else(
@@ -121,10 +121,11 @@ pub fn levels(levels: &[Level], points: usize, plot: &str) -> String {
         let before = place.checked_sub(1).and_then(|place| levels.get(place));
         let _ = writeln!(
             text,
-            "| {:.0} | {:.0} | {} | {:.2} | {} |",
+            "| {:.0} | {:.0} | {} | {:.0} | {:.3} | {} |",
             level.cells,
             level.active,
             growth(level.active, before.map(|level| level.active)),
+            level.products,
             level.seconds,
             growth(level.seconds, before.map(|level| level.seconds))
         );

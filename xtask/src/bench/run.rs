@@ -32,6 +32,8 @@ pub struct Level {
     pub cells: f64,
     /// Active functions.
     pub active: f64,
+    /// Products with the operator, all steps together.
+    pub products: f64,
     pub seconds: f64,
     /// Whether it brought something.
     pub kept: bool,
@@ -99,6 +101,7 @@ fn figures(usage: Usage, report: &Value) -> Figures {
         figures.levels.extend(list(&stage["levels"]).iter().map(|level| Level {
             cells: (1.0 / number(&level["cell"])).round(),
             active: number(&level["active"]),
+            products: list(&level["steps"]).iter().map(|step| number(&step["cg_steps"])).sum(),
             seconds: number(&level["seconds"]),
             kept: !level["best_step"].is_null(),
         }));
@@ -142,7 +145,8 @@ mod tests {
             json!({"stages": [
                 {"stage": "ladder", "seconds": seconds},
                 {"stage": "refinement", "seconds": 2.0 * seconds, "levels": [
-                    {"cell": 0.015625, "active": 100, "seconds": seconds, "best_step": 2},
+                    {"cell": 0.015625, "active": 100, "seconds": seconds, "best_step": 2,
+                        "steps": [{"cg_steps": 12}, {"cg_steps": 9}]},
                     {"cell": 0.0078125, "active": 400, "seconds": 3.0, "best_step": null}]}],
                 "warnings": ["dark"]})
         };
@@ -151,8 +155,8 @@ mod tests {
         let found = median_of_runs(runs.to_vec());
         assert_eq!(found.usage, usage(2.0));
         assert_eq!(found.stages, [("ladder".into(), 2.0), ("refinement".into(), 4.0)]);
-        let level = |cells, active, seconds, kept| Level { cells, active, seconds, kept };
-        assert_eq!(found.levels, [level(64.0, 100.0, 2.0, true), level(128.0, 400.0, 3.0, false)]);
+        let level = |cells, active, products, seconds, kept| Level { cells, active, products, seconds, kept };
+        assert_eq!(found.levels, [level(64.0, 100.0, 21.0, 2.0, true), level(128.0, 400.0, 0.0, 3.0, false)]);
         assert_eq!(found.warnings, ["dark"]);
         assert_eq!(median(vec![4.0, 1.0, 2.0, 3.0]), 2.0);
     }
