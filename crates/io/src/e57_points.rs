@@ -1,12 +1,11 @@
 //! The points of an E57 file (ASTM E2807).
 
-use std::io::Cursor;
-
 use e57::{CartesianCoordinate, E57Reader, PointCloud, RecordDataType};
 
 use crate::points::{Dimension, Points, Rows};
 use crate::read_error::Malformed;
 use crate::refuse_panic::refuse_panic;
+use crate::source::Source;
 
 /// So many points may come out of one byte.
 const POINTS_PER_BYTE: u64 = 4;
@@ -14,27 +13,29 @@ const POINTS_PER_BYTE: u64 = 4;
 const PAGE_SIZE: usize = 40;
 
 /// Reads the points of all scans, each moved to its place; points that the scanner marked as invalid are passed over.
-pub(crate) fn parse(bytes: &[u8]) -> Result<Points, Malformed> {
-    if !bytes.starts_with(b"ASTM-E57") {
+pub(crate) fn read(source: &mut Source) -> Result<Points, Malformed> {
+    let head = source.peek(PAGE_SIZE + 8)?;
+    if !head.starts_with(b"ASTM-E57") {
         return Err(Malformed::file("an E57 file begins with \"ASTM-E57\"; this one does not"));
     }
     for (name, at) in [("XML part", PAGE_SIZE - 8), ("page", PAGE_SIZE)] {
-        let length = bytes.get(at..at + 8).and_then(|b| b.try_into().ok()).map(u64::from_le_bytes);
-        if length.is_none_or(|length| length > bytes.len() as u64) {
+        let length = head.get(at..at + 8).and_then(|b| b.try_into().ok()).map(u64::from_le_bytes);
+        if length.is_none_or(|length| length > source.length()) {
             return Err(Malformed::file(format!("the {name} is longer than the file: it is damaged or cut short")));
         }
     }
-    refuse_panic(|| read(bytes))
+    refuse_panic(|| read_scans(source))
 }
 
-fn read(bytes: &[u8]) -> Result<Points, Malformed> {
+fn read_scans(source: &mut Source) -> Result<Points, Malformed> {
     let damaged = |error: e57::Error| Malformed::file(format!("the E57 file cannot be read: {error}"));
-    let mut file = E57Reader::new(Cursor::new(bytes)).map_err(damaged)?;
+    let bytes = source.length();
+    let mut file = E57Reader::new(source).map_err(damaged)?;
     let mut rows = Rows::new(Dimension::Three, false);
-    let mut left = POINTS_PER_BYTE * bytes.len() as u64;
+    let mut left = POINTS_PER_BYTE * bytes;
     for scan in file.pointclouds() {
         left = left.checked_sub(scan.records).filter(|_| takes_space(&scan)).ok_or_else(|| {
-            let (points, bytes) = (scan.records, bytes.len());
+            let points = scan.records;
             Malformed::file(format!("the E57 file claims {points} points that its {bytes} bytes cannot hold"))
         })?;
         if scan.records == 0 {

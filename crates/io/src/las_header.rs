@@ -1,6 +1,7 @@
 //! The header of a LAS or LAZ file (ASPRS LAS 1.0 to 1.4), checked against the bytes that are there.
 
 use crate::read_error::{Malformed, Place};
+use crate::source::Source;
 
 /// What of the header reading points needs.
 pub(crate) struct LasHeader {
@@ -9,20 +10,23 @@ pub(crate) struct LasHeader {
     /// Bytes of a point, compressed or not; the first twelve are x, y, z as 32-bit integers.
     pub(crate) record: usize,
     /// Where the points begin, in bytes.
-    pub(crate) points: usize,
+    pub(crate) points: u64,
     /// What the integers are multiplied by, and what is added then.
     pub(crate) scale: [f64; 3],
     pub(crate) offset: [f64; 3],
     /// The body of the record that describes the compression, if any.
-    pub(crate) laszip: Option<std::ops::Range<usize>>,
+    pub(crate) laszip: Option<Vec<u8>>,
 }
 
 const SHORTEST: usize = 227;
+/// With the number of points as LAS 1.4 has it.
+const LONGEST: usize = 255;
 /// Of a variable length record, without its body.
 const RECORD_HEADER: usize = 54;
 
 impl LasHeader {
-    pub(crate) fn parse(bytes: &[u8]) -> Result<Self, Malformed> {
+    pub(crate) fn read(source: &mut Source) -> Result<Self, Malformed> {
+        let bytes = &source.peek(LONGEST)?[..];
         if !bytes.starts_with(b"LASF") {
             return Err(Malformed::file("a LAS or LAZ file begins with \"LASF\"; this one does not"));
         }
@@ -35,16 +39,16 @@ impl LasHeader {
                 problem: format!("LAS {major}.{minor} is not known here, 1.0 to 1.4 are"),
             });
         }
-        let size = usize::from(u16_at(bytes, 94).ok_or_else(cut)?);
-        let points = u32_at(bytes, 96).ok_or_else(cut)? as usize;
+        let size = u64::from(u16_at(bytes, 94).ok_or_else(cut)?);
+        let points = u64::from(u32_at(bytes, 96).ok_or_else(cut)?);
         let extras = u32_at(bytes, 100).ok_or_else(cut)?;
         let record = usize::from(u16_at(bytes, 105).ok_or_else(cut)?);
         let mut count = u64::from(u32_at(bytes, 107).ok_or_else(cut)?);
         if minor >= 4 && count == 0 {
             count = bytes.get(247..255).and_then(|b| b.try_into().ok()).map(u64::from_le_bytes).ok_or_else(cut)?;
         }
-        if points < size || points > bytes.len() {
-            let problem = format!("the points are said to begin at byte {points} of {}", bytes.len());
+        if points < size || points > source.length() {
+            let problem = format!("the points are said to begin at byte {points} of {}", source.length());
             return Err(Malformed { place: Place::Byte(96), problem });
         }
         if record < 20 {
@@ -56,7 +60,7 @@ impl LasHeader {
         let numbers = |at: usize| std::array::from_fn(|axis| f64_at(bytes, at + 8 * axis).unwrap_or(f64::NAN));
         // The two highest bits of the format number say that the points are compressed; so does the record, and it says how.
         let compressed = header[104] & 0xc0 != 0;
-        let laszip = if compressed { find_laszip(bytes, size, extras) } else { None };
+        let laszip = if compressed { find_laszip(source, size, extras)? } else { None };
         if compressed && laszip.is_none() {
             return Err(Malformed::file("the points are compressed, but the record that says how is missing"));
         }
@@ -64,18 +68,25 @@ impl LasHeader {
     }
 }
 
-/// The variable length record of LASzip among the first `count` behind the header.
-fn find_laszip(bytes: &[u8], mut at: usize, count: u32) -> Option<std::ops::Range<usize>> {
+/// The body of the variable length record of LASzip among the first `count` behind the header.
+fn find_laszip(source: &mut Source, mut at: u64, count: u32) -> Result<Option<Vec<u8>>, Malformed> {
+    let mut header = [0; RECORD_HEADER];
     for _ in 0..count {
-        let header = bytes.get(at..at + RECORD_HEADER)?;
-        let body = at + RECORD_HEADER..at + RECORD_HEADER + usize::from(u16_at(header, 20)?);
-        bytes.get(body.clone())?;
-        if header.get(2..18)?.starts_with(b"laszip encoded") && u16_at(header, 18)? == 22204 {
-            return Some(body);
+        source.go_to(at)?;
+        if source.remaining() < RECORD_HEADER as u64 {
+            break;
         }
-        at = body.end;
+        source.fill(&mut header)?;
+        let size = u16_at(&header, 20).unwrap_or_default();
+        if header.get(2..18).is_some_and(|user| user.starts_with(b"laszip encoded"))
+            && u16_at(&header, 18) == Some(22204)
+        {
+            let body = source.peek(size.into())?;
+            return Ok(Some(body).filter(|body| body.len() == usize::from(size)));
+        }
+        at += RECORD_HEADER as u64 + u64::from(size);
     }
-    None
+    Ok(None)
 }
 
 pub(crate) fn u16_at(bytes: &[u8], at: usize) -> Option<u16> {

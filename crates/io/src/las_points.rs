@@ -5,40 +5,40 @@ use crate::laz_records::LazRecords;
 use crate::points::{Dimension, Points, Rows};
 use crate::read_error::Malformed;
 use crate::refuse_panic::refuse_panic;
+use crate::source::Source;
 
 /// Reads x, y, z of all points, whatever their class.
-pub(crate) fn parse(bytes: &[u8]) -> Result<Points, Malformed> {
-    let header = LasHeader::parse(bytes)?;
-    let body = bytes.get(header.points..).unwrap_or_default();
+pub(crate) fn read(source: &mut Source) -> Result<Points, Malformed> {
+    let header = LasHeader::read(source)?;
+    source.go_to(header.points)?;
     match &header.laszip {
-        Some(description) => {
-            let description = bytes.get(description.clone()).unwrap_or_default();
-            refuse_panic(|| {
-                let mut records = LazRecords::open(description, body, &header)?;
-                let mut rows = Rows::new(Dimension::Three, false);
-                for index in 0..header.count {
-                    let record = records.next().map_err(|problem| {
-                        Malformed::point(index as usize, format!("{problem}: the file is damaged or cut short"))
-                    })?;
-                    push(&mut rows, record, &header)?;
-                }
-                rows.finish()
-            })
-        }
+        Some(description) => refuse_panic(|| {
+            let mut records = LazRecords::open(description, source, &header)?;
+            let mut rows = Rows::new(Dimension::Three, false);
+            for index in 0..header.count {
+                let record = records.next().map_err(|problem| {
+                    Malformed::point(index as usize, format!("{problem}: the file is damaged or cut short"))
+                })?;
+                push(&mut rows, record, &header)?;
+            }
+            rows.finish()
+        }),
         None => {
             let needed = u128::from(header.count) * header.record as u128;
-            if needed > body.len() as u128 {
+            if needed > source.remaining().into() {
                 return Err(Malformed::file(format!(
                     "the LAS header claims {} points of {} bytes, but {} bytes follow it: the file is damaged or cut short",
                     header.count,
                     header.record,
-                    body.len()
+                    source.remaining()
                 )));
             }
             let mut rows = Rows::new(Dimension::Three, false);
             rows.reserve(header.count as usize);
-            for record in body.chunks_exact(header.record).take(header.count as usize) {
-                push(&mut rows, record, &header)?;
+            let mut record = vec![0; header.record];
+            for _ in 0..header.count {
+                source.fill(&mut record)?;
+                push(&mut rows, &record, &header)?;
             }
             rows.finish()
         }

@@ -3,77 +3,92 @@
 //! The decoder believes what it reads about sizes, so all of them are checked here first: the kinds of data in a point, the number
 //! of chunks, and the layers of each chunk.
 
-use std::io::Cursor;
+use std::fmt::Display;
 
-use laz::laszip::{ChunkTable, ChunkTableEntry};
-use laz::{DecompressionSelection, LasZipDecompressor, LazItemType, LazVlr};
+use laz::record::{LayeredPointRecordDecompressor, RecordDecompressor, SequentialPointRecordDecompressor};
+use laz::{DecompressionSelection, LazItem, LazItemType, LazVlr};
 
-use crate::las_header::{LasHeader, u16_at, u32_at};
+use crate::las_header::{LasHeader, u16_at};
 use crate::read_error::Malformed;
+use crate::source::Source;
 
 /// So many points may come out of one byte. Scans need two bytes for a point and more; without a bound a few bytes could claim
 /// any number of equal points.
 const POINTS_PER_BYTE: u64 = 4;
 /// Each extra byte of a point costs the decoder some 12 kB of tables.
 const MOST_EXTRA_BYTES: u16 = 256;
-/// How points are arranged: all in one chunk, or in chunks with a layer for each kind of data.
+/// How points are arranged: all in one chunk, in chunks, or in chunks with a layer for each kind of data.
 const ONE_CHUNK: u16 = 1;
+const CHUNKS: u16 = 2;
 const LAYERED: u16 = 3;
-/// The offset of the chunk table before the points, and an empty one: version and number of chunks.
-const OFFSET: usize = 8;
-const EMPTY_TABLE: [u8; 8] = [0; 8];
+/// The offset of the table of chunks stands before the first of them. Neither is needed.
+const OFFSET: u64 = 8;
 
 /// Decodes one record after the other.
-pub(crate) struct LazRecords {
-    decoder: LasZipDecompressor<'static, Cursor<Vec<u8>>>,
+pub(crate) struct LazRecords<'a, 's> {
+    decoder: Box<dyn RecordDecompressor<&'a mut Source<'s>> + 'a>,
+    items: Vec<LazItem>,
+    /// The numbers of points of the chunks to come, and of those behind them.
+    chunks: std::vec::IntoIter<u64>,
+    usual: u64,
+    /// The number of points of this chunk to come.
+    left: u64,
     record: Vec<u8>,
 }
 
-impl LazRecords {
-    /// `description` is the body of the LASzip record, `body` everything from the points to the end of the file.
-    pub(crate) fn open(description: &[u8], body: &[u8], header: &LasHeader) -> Result<Self, Malformed> {
-        let damaged = |what: &str| Malformed::file(format!("the compressed points cannot be read: {what}"));
-        let vlr = LazVlr::from_buffer(description).map_err(|error| damaged(&error.to_string()))?;
+impl<'a, 's> LazRecords<'a, 's> {
+    /// `description` is the body of the LASzip record, and `source` stands where the points begin.
+    pub(crate) fn open(description: &[u8], source: &'a mut Source<'s>, header: &LasHeader) -> Result<Self, Malformed> {
+        let vlr = LazVlr::from_buffer(description).map_err(damaged)?;
         let arrangement = u16_at(description, 0);
         let layered = arrangement == Some(LAYERED);
-        let layers = check_items(&vlr, header.record, layered).map_err(|problem| damaged(&problem))?;
-        if header.count > POINTS_PER_BYTE * body.len() as u64 {
-            return Err(damaged(&format!("{} points in {} bytes", header.count, body.len())));
+        let layers = check_items(&vlr, header.record, layered).map_err(damaged)?;
+        if header.count > POINTS_PER_BYTE * source.remaining() {
+            return Err(damaged(format!("{} points in {} bytes", header.count, source.remaining())));
         }
-        let mut source = Vec::with_capacity(OFFSET + body.len() + EMPTY_TABLE.len());
-        if arrangement == Some(ONE_CHUNK) {
-            source.extend(body);
-        } else {
-            // The file's own table is not believed. One is needed only where each chunk has its own number of points.
-            let points = body.get(OFFSET..).ok_or_else(|| damaged("there are none"))?;
-            source.extend((OFFSET as u64 + points.len() as u64).to_le_bytes());
-            source.extend(points);
-            let table = if layered {
-                check_layers(points, header, &vlr, layers).map_err(|problem| damaged(&problem))?
-            } else {
-                ChunkTable::with_capacity(0)
-            };
-            if !vlr.uses_variable_size_chunks() {
-                source.extend(EMPTY_TABLE);
-            } else if layered {
-                table.write_to(&mut source, &vlr).map_err(|error| damaged(&error.to_string()))?;
-            } else {
+        let (mut chunks, mut usual) = (Vec::new(), u64::MAX);
+        if arrangement != Some(ONE_CHUNK) {
+            if source.remaining() < OFFSET {
+                return Err(damaged("there are none"));
+            }
+            source.go_to(source.at() + OFFSET)?;
+            if layered {
+                chunks = check_layers(source, header, &vlr, layers)?;
+            } else if arrangement != Some(CHUNKS) {
+                return Err(damaged("Compressor type None is not supported"));
+            } else if vlr.uses_variable_size_chunks() {
                 return Err(damaged(
                     "chunks with different numbers of points are read in the point formats from 6 on only",
                 ));
+            } else {
+                usual = vlr.chunk_size().into();
             }
         }
-        let selection = DecompressionSelection::xy_returns_channel().decompress_z();
-        let decoder = LasZipDecompressor::selective(Cursor::new(source), vlr, selection)
-            .map_err(|error| damaged(&error.to_string()))?;
-        Ok(Self { decoder, record: vec![0; header.record] })
+        let mut decoder: Box<dyn RecordDecompressor<&'a mut Source<'s>> + 'a> = match layered {
+            true => Box::new(LayeredPointRecordDecompressor::new(source)),
+            false => Box::new(SequentialPointRecordDecompressor::new(source)),
+        };
+        decoder.set_fields_from(vlr.items()).map_err(damaged)?;
+        let (items, record) = (vlr.items().clone(), vec![0; header.record]);
+        Ok(Self { decoder, items, chunks: chunks.into_iter(), usual, left: 0, record })
     }
 
     /// The next record, unpacked.
     pub(crate) fn next(&mut self) -> Result<&[u8], String> {
-        self.decoder.decompress_one(&mut self.record).map_err(|error| error.to_string())?;
+        if self.left == 0 {
+            self.decoder.reset();
+            self.decoder.set_fields_from(&self.items).map_err(|error| error.to_string())?;
+            self.decoder.set_selection(DecompressionSelection::xy_returns_channel().decompress_z());
+            self.left = self.chunks.next().unwrap_or(self.usual);
+        }
+        self.decoder.decompress_next(&mut self.record).map_err(|error| error.to_string())?;
+        self.left = self.left.checked_sub(1).ok_or("the chunks have no points")?;
         Ok(&self.record)
     }
+}
+
+fn damaged(what: impl Display) -> Malformed {
+    Malformed::file(format!("the compressed points cannot be read: {what}"))
 }
 
 /// The kinds of data must make up the record, with x, y, z first. Returns the number of layers that each chunk has, if it has any.
@@ -111,35 +126,42 @@ fn check_items(vlr: &LazVlr, record: usize, layered: bool) -> Result<usize, Stri
     Ok(layers)
 }
 
-/// Walks over the chunks: a point, the number of points, the sizes of the layers, the layers. Returns their table.
-fn check_layers(points: &[u8], header: &LasHeader, vlr: &LazVlr, layers: usize) -> Result<ChunkTable, String> {
-    let mut table = ChunkTable::with_capacity(0);
-    let mut at = 0u64;
+/// Walks over the chunks: a point, the number of points, the sizes of the layers, the layers. Returns their numbers of points; the
+/// source stands at the first of them again.
+fn check_layers(source: &mut Source, header: &LasHeader, vlr: &LazVlr, layers: usize) -> Result<Vec<u64>, Malformed> {
+    let start = source.at();
+    let mut counts = Vec::new();
+    let mut numbers = vec![[0; 4]; 1 + layers];
     let mut left = header.count;
     while left > 0 {
-        let cut = || format!("the chunk at byte {at} of them is cut short");
-        let counts = at as usize + header.record;
-        let count = u64::from(u32_at(points, counts).ok_or_else(cut)?);
-        let mut end = (counts + 4 + 4 * layers) as u64;
-        for layer in 0..layers {
-            end += u64::from(u32_at(points, counts + 4 + 4 * layer).ok_or_else(cut)?);
-        }
-        if end > points.len() as u64 {
+        let at = source.at() - start;
+        let cut = || damaged(format!("the chunk at byte {at} of them is cut short"));
+        if source.remaining() < (header.record + 4 * numbers.len()) as u64 {
             return Err(cut());
         }
-        let count = if vlr.uses_variable_size_chunks() { count } else { u64::from(vlr.chunk_size()) };
-        if count == 0 {
-            return Err(format!("the chunk at byte {at} of them has no points"));
+        source.go_to(source.at() + header.record as u64)?;
+        source.fill(numbers.as_flattened_mut())?;
+        let mut sizes = numbers.iter().map(|bytes| u64::from(u32::from_le_bytes(*bytes)));
+        let count = sizes.next().filter(|_| vlr.uses_variable_size_chunks()).unwrap_or(vlr.chunk_size().into());
+        let size = sizes.sum::<u64>();
+        if size > source.remaining() {
+            return Err(cut());
         }
-        table.push(ChunkTableEntry { point_count: count, byte_count: end - at });
+        if count == 0 {
+            return Err(damaged(format!("the chunk at byte {at} of them has no points")));
+        }
+        source.go_to(source.at() + size)?;
+        counts.push(count);
         left = left.saturating_sub(count);
-        at = end;
     }
-    Ok(table)
+    source.go_to(start)?;
+    Ok(counts)
 }
 
 #[cfg(test)]
 mod tests {
+    use std::io::Cursor;
+
     use laz::{LasZipCompressor, LazItemRecordBuilder, LazVlrBuilder};
 
     use super::*;
@@ -170,10 +192,13 @@ mod tests {
             }
         }
         coder.done().unwrap();
-        let body = coder.into_inner().into_inner();
+        let mut body = coder.into_inner();
+        let length = body.get_ref().len() as u64;
+        body.set_position(0);
+        let mut source = Source::new(&mut body, length);
         let header =
             LasHeader { count: count as u64, record: size, points: 0, scale: [1.0; 3], offset: [0.0; 3], laszip: None };
-        let mut records = LazRecords::open(&description, &body, &header)?;
+        let mut records = LazRecords::open(&description, &mut source, &header)?;
         let next = |_| {
             let bytes = records.next().unwrap();
             i32::from_le_bytes(bytes[4..8].try_into().unwrap())

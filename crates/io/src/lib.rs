@@ -54,6 +54,7 @@ mod mesh_glb;
 mod mesh_obj;
 mod mesh_stl;
 mod npy;
+mod npy_points;
 mod npz;
 mod obj_points;
 mod oriented;
@@ -70,6 +71,9 @@ mod refuse_panic;
 mod replace_file;
 mod report;
 mod selection;
+#[cfg(test)]
+mod short_reads;
+mod source;
 mod spline;
 mod spline_level;
 mod stl_points;

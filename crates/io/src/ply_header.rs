@@ -3,12 +3,15 @@
 //! ply-rs reads headers without bound, refuses names like `scalar.Intensity` and comments that are not UTF-8, and merges
 //! properties of the same name; so the header is read here and handed to it in clean form.
 
+use std::io::{BufRead, Read};
+
 use ply_rs::ply::{Encoding, PropertyType, ScalarType};
 
 use crate::read_error::{Malformed, quoted};
+use crate::source::Source;
 
 /// Headers with embedded camera tables reach some kilobytes; this leaves room.
-const LONGEST_HEADER: usize = 1 << 20;
+const LONGEST_HEADER: u64 = 1 << 20;
 
 /// A header whose claims fit the size of the file.
 pub(crate) struct PlyHeader {
@@ -17,8 +20,6 @@ pub(crate) struct PlyHeader {
     pub(crate) before: Vec<PlyElement>,
     /// The vertices.
     pub(crate) vertex: PlyElement,
-    /// Where the body begins, in bytes.
-    pub(crate) body: usize,
     /// The number of header lines.
     pub(crate) lines: usize,
 }
@@ -32,8 +33,9 @@ pub(crate) struct PlyElement {
 }
 
 impl PlyHeader {
-    pub(crate) fn parse(bytes: &[u8]) -> Result<Self, Malformed> {
-        let mut lines = HeaderLines::of(bytes);
+    /// The source then stands where the body begins.
+    pub(crate) fn read(source: &mut Source) -> Result<Self, Malformed> {
+        let mut lines = HeaderLines::of(source)?;
         if lines.next()?.trim_end() != "ply" {
             return Err(Malformed::line(1, "a PLY file begins with the line \"ply\"; this one does not"));
         }
@@ -73,9 +75,9 @@ impl PlyHeader {
             .position(|e| e.name == "vertex")
             .ok_or_else(|| Malformed::file("the PLY file has no element \"vertex\": there are no points in it"))?;
         elements.truncate(vertices + 1);
-        check_counts(&elements, encoding, (bytes.len() - lines.at) as u128)?;
+        check_counts(&elements, encoding, lines.source.remaining().into())?;
         let vertex = elements.remove(vertices);
-        Ok(Self { encoding, before: elements, vertex, body: lines.at, lines: lines.number })
+        Ok(Self { encoding, before: elements, vertex, lines: lines.number })
     }
 }
 
@@ -151,32 +153,33 @@ fn scalar_type(word: &str) -> Result<ScalarType, String> {
 }
 
 /// Lines of the header, as text whatever the encoding of its comments.
-struct HeaderLines<'a> {
-    bytes: &'a [u8],
-    at: usize,
+struct HeaderLines<'a, 's> {
+    source: &'a mut Source<'s>,
     number: usize,
     end: u8,
 }
 
-impl<'a> HeaderLines<'a> {
+impl<'a, 's> HeaderLines<'a, 's> {
     /// Lines end in LF or CRLF; where the first ends in a lone CR, all do.
-    fn of(bytes: &'a [u8]) -> Self {
-        let lone_cr = bytes.starts_with(b"ply\r") && bytes.get(4) != Some(&b'\n');
-        Self { bytes, at: 0, number: 0, end: if lone_cr { b'\r' } else { b'\n' } }
+    fn of(source: &'a mut Source<'s>) -> Result<Self, Malformed> {
+        let head = source.peek(5)?;
+        let lone_cr = head.starts_with(b"ply\r") && !head.ends_with(b"\n");
+        Ok(Self { source, number: 0, end: if lone_cr { b'\r' } else { b'\n' } })
     }
 
     fn next(&mut self) -> Result<String, Malformed> {
-        let limit = self.bytes.len().min(LONGEST_HEADER);
-        let rest = self.bytes.get(self.at..limit).unwrap_or_default();
+        let limit = self.source.length().min(LONGEST_HEADER);
+        let mut line = Vec::new();
+        let rest = limit.saturating_sub(self.source.at());
+        self.source.by_ref().take(rest).read_until(self.end, &mut line).map_err(Malformed::unread)?;
         self.number += 1;
-        let Some(line) = rest.iter().position(|b| *b == self.end).and_then(|length| rest.get(..length)) else {
-            return Err(if self.number == 1 {
-                Malformed::file("a PLY file begins with the line \"ply\"; this one does not")
-            } else {
-                Malformed::file(format!("the PLY header has no end_header line in its first {limit} bytes"))
-            });
-        };
-        self.at += line.len() + 1;
-        Ok(String::from_utf8_lossy(line).into_owned())
+        if line.pop_if(|last| *last == self.end).is_some() {
+            return Ok(String::from_utf8_lossy(&line).into_owned());
+        }
+        Err(if self.number == 1 {
+            Malformed::file("a PLY file begins with the line \"ply\"; this one does not")
+        } else {
+            Malformed::file(format!("the PLY header has no end_header line in its first {limit} bytes"))
+        })
     }
 }

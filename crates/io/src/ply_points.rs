@@ -8,28 +8,28 @@ use ply_rs::ply::{
 
 use crate::attributes::NumberKind;
 use crate::columns::Columns;
-use crate::lines::lines;
+use crate::lines::Lines;
 use crate::ply_header::{PlyElement, PlyHeader};
 use crate::points::{Points, Rows, attribute_columns};
 use crate::read_error::{Malformed, quoted};
+use crate::source::Source;
 
 /// Reads x, y\[, z\], where all are there nx, ny\[, nz\], and all other numbers of the element `vertex`. What follows the vertices is not read.
-pub(crate) fn parse(bytes: &[u8]) -> Result<Points, Malformed> {
-    let header = PlyHeader::parse(bytes)?;
+pub(crate) fn read(source: &mut Source) -> Result<Points, Malformed> {
+    let header = PlyHeader::read(source)?;
     let mut columns = columns(&header.vertex)?;
     let attributes = attributes(&header.vertex);
     columns.slots.extend(attributes.iter().map(|(position, ..)| *position));
     let attributes = attributes.into_iter().map(|(_, name, kind)| (name, kind)).collect();
-    let body = bytes.get(header.body..).unwrap_or_default();
     let mut rows = Rows::with_attributes(columns.dimension, columns.with_normals, attributes);
     rows.reserve(header.vertex.count);
     match header.encoding {
-        Encoding::Ascii => parse_ascii(body, &header, &columns, rows),
+        Encoding::Ascii => read_ascii(source, &header, &columns, rows),
         Encoding::BinaryLittleEndian => {
-            parse_binary(body, &header, &columns, rows, |r, d| Parser::new().read_little_endian_element(r, d))
+            read_binary(source, &header, &columns, rows, |r, d| Parser::new().read_little_endian_element(r, d))
         }
         Encoding::BinaryBigEndian => {
-            parse_binary(body, &header, &columns, rows, |r, d| Parser::new().read_big_endian_element(r, d))
+            read_binary(source, &header, &columns, rows, |r, d| Parser::new().read_big_endian_element(r, d))
         }
     }
 }
@@ -121,15 +121,15 @@ impl PropertyAccess for Row {
     }
 }
 
-fn parse_binary(
-    mut body: &[u8],
+fn read_binary(
+    source: &mut Source,
     header: &PlyHeader,
     columns: &Columns,
     mut rows: Rows,
-    read: impl Fn(&mut &[u8], &ElementDef) -> ply_rs::parser::Result<Row>,
+    read: impl Fn(&mut Source, &ElementDef) -> ply_rs::parser::Result<Row>,
 ) -> Result<Points, Malformed> {
     let mut row = |element: &PlyElement, definition: &ElementDef, index: usize| {
-        read(&mut body, definition).map_err(|error| {
+        read(source, definition).map_err(|error| {
             // Its causes follow on lines of their own.
             let error = error.to_string().replace("\n\t", " ");
             Malformed::file(format!("{} {index} of {}: {error}", quoted(&element.name), element.count))
@@ -151,31 +151,35 @@ fn parse_binary(
 }
 
 /// Rows are lines; blank ones are passed over. ply-rs does not read `.5`, `1.` or `nan`, so the numbers are parsed here.
-fn parse_ascii(body: &[u8], header: &PlyHeader, columns: &Columns, mut rows: Rows) -> Result<Points, Malformed> {
-    let text = String::from_utf8_lossy(body);
-    let mut lines = lines(&text).map(|(number, l)| (header.lines + number, l)).filter(|(_, l)| !l.trim().is_empty());
-    let mut next_line = |element: &PlyElement, index: usize| {
-        lines.next().ok_or_else(|| {
-            let (count, name) = (element.count, quoted(&element.name));
-            Malformed::file(format!("the file ends after {index} of {count} rows of {name}: it is cut short"))
-        })
-    };
+fn read_ascii(source: &mut Source, header: &PlyHeader, columns: &Columns, mut rows: Rows) -> Result<Points, Malformed> {
+    let mut lines = Lines::new(source)?;
     for element in header.before.iter().filter(|e| !e.properties.is_empty()) {
         for index in 0..element.count {
-            next_line(element, index)?;
+            advance(&mut lines, element, index)?;
         }
     }
     let mut row = Vec::new();
     let mut values = Vec::new();
     for index in 0..header.vertex.count {
-        let (number, line) = next_line(&header.vertex, index)?;
-        let at = |problem: String| Malformed::line(number, problem);
-        ascii_row(line, &header.vertex, &mut row).map_err(at)?;
+        advance(&mut lines, &header.vertex, index)?;
+        let at = |problem: String| Malformed::line(header.lines + lines.number(), problem);
+        ascii_row(&lines.text(), &header.vertex, &mut row).map_err(at)?;
         values.clear();
         values.extend(columns.slots.iter().filter_map(|slot| row.get(*slot)));
         rows.push(&values).map_err(at)?;
     }
     rows.finish()
+}
+
+/// Goes to the line of the next row.
+fn advance(lines: &mut Lines, element: &PlyElement, index: usize) -> Result<(), Malformed> {
+    while lines.advance()? {
+        if !lines.text().trim().is_empty() {
+            return Ok(());
+        }
+    }
+    let (count, name) = (element.count, quoted(&element.name));
+    Err(Malformed::file(format!("the file ends after {index} of {count} rows of {name}: it is cut short")))
 }
 
 /// The numbers of a line by property; a list counts as one, and its entries are passed over.

@@ -1,5 +1,6 @@
 //! The formats that points are read from.
 
+use std::io::Cursor;
 use std::path::Path;
 
 #[cfg(feature = "e57")]
@@ -9,7 +10,8 @@ use crate::extension::{POINT_EXTENSIONS, UnknownExtension, extension_among};
 use crate::las_points;
 use crate::points::{Dimension, Points};
 use crate::read_error::Malformed;
-use crate::{npy, obj_points, ply_points, stl_points, text_points};
+use crate::source::Source;
+use crate::{npy_points, obj_points, ply_points, stl_points, text_points};
 
 /// A format that points are read from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -81,19 +83,25 @@ impl PointFormat {
 /// # Ok::<(), zeroset_io::Malformed>(())
 /// ```
 pub fn parse_points(bytes: &[u8], format: PointFormat) -> Result<Points, Malformed> {
-    if bytes.is_empty() {
+    let mut cursor = Cursor::new(bytes);
+    read_source(&mut Source::new(&mut cursor, bytes.len() as u64), format)
+}
+
+/// Reads points piece by piece.
+pub(crate) fn read_source(source: &mut Source, format: PointFormat) -> Result<Points, Malformed> {
+    if source.length() == 0 {
         return Err(Malformed::file("the file is empty"));
     }
     match format {
-        PointFormat::Text => text_points::parse(bytes, None),
-        PointFormat::PlaneText => text_points::parse(bytes, Some(Dimension::Two)),
-        PointFormat::Ply => ply_points::parse(bytes),
-        PointFormat::Obj => obj_points::parse(bytes),
-        PointFormat::Stl => stl_points::parse(bytes),
-        PointFormat::Npy => npy::parse_points(bytes),
+        PointFormat::Text => text_points::read(source, None),
+        PointFormat::PlaneText => text_points::read(source, Some(Dimension::Two)),
+        PointFormat::Ply => ply_points::read(source),
+        PointFormat::Obj => obj_points::read(source),
+        PointFormat::Stl => stl_points::read(source),
+        PointFormat::Npy => npy_points::read(source),
         #[cfg(feature = "las")]
-        PointFormat::Las => las_points::parse(bytes),
+        PointFormat::Las => las_points::read(source),
         #[cfg(feature = "e57")]
-        PointFormat::E57 => e57_points::parse(bytes),
+        PointFormat::E57 => e57_points::read(source),
     }
 }

@@ -1,11 +1,14 @@
 //! Point sets, and reading them from any of the formats.
 
 use std::collections::HashSet;
+use std::fs::File;
+use std::io::{Cursor, Read};
 use std::path::Path;
 
 use crate::attributes::{Attribute, NumberKind, is_geometry};
-use crate::point_format::{PointFormat, parse_points};
+use crate::point_format::{PointFormat, read_source};
 use crate::read_error::{Malformed, ReadError};
+use crate::source::{ReadSeek, Source};
 
 /// Points in the plane or in space, as the file tells.
 #[derive(Debug, Clone, PartialEq)]
@@ -84,8 +87,9 @@ impl Points {
 
 /// Reads points; the format follows the extension (any case), one of [`crate::POINT_EXTENSIONS`].
 ///
-/// The whole file is read into memory first, so that every count in it can be checked against its size before anything is
-/// allocated.
+/// A regular file is read piece by piece: what is held are the points and some 100 KiB, with the longest line of a text, the largest chunk of a
+/// `.laz` file, the XML part of an `.e57` file, and the corners of an `.stl` file once more. What has no size that could be asked for,
+/// such as a pipe, is read into memory first: every count is checked against the number of bytes before anything is allocated.
 ///
 /// # Errors
 /// [`ReadError`]: unknown extension, folder, unreadable, or malformed with the line, the byte or the point. NaN and infinity are
@@ -101,16 +105,42 @@ pub fn read_points(path: impl AsRef<Path>) -> Result<Points, ReadError> {
 /// As [`read_points`].
 pub fn read_points_as(path: impl AsRef<Path>, format: PointFormat) -> Result<Points, ReadError> {
     let path = path.as_ref();
-    parse_points(&read_bytes(path)?, format)
-        .map_err(|malformed| ReadError::Malformed { path: path.to_owned(), malformed })
+    let unreadable = |source| ReadError::Unreadable { path: path.to_owned(), source };
+    let mut file = open(path)?;
+    let metadata = file.metadata().map_err(unreadable)?;
+    let mut spooled;
+    // The files of `/proc` are regular ones of no bytes.
+    let (bytes, length): (&mut dyn ReadSeek, u64) = if metadata.is_file() && metadata.len() > 0 {
+        (&mut file, metadata.len())
+    } else {
+        let mut all = Vec::new();
+        file.read_to_end(&mut all).map_err(unreadable)?;
+        let length = all.len() as u64;
+        spooled = Cursor::new(all);
+        (&mut spooled, length)
+    };
+    let mut source = Source::new(bytes, length);
+    let points = read_source(&mut source, format);
+    match source.failure() {
+        Some(failure) => Err(unreadable(failure)),
+        None => points.map_err(|malformed| ReadError::Malformed { path: path.to_owned(), malformed }),
+    }
 }
 
-/// The bytes of a file, or a sentence that says why not.
-pub(crate) fn read_bytes(path: &Path) -> Result<Vec<u8>, ReadError> {
+/// The file, or a sentence that says why not.
+fn open(path: &Path) -> Result<File, ReadError> {
     if path.is_dir() {
         return Err(ReadError::Folder { path: path.to_owned() });
     }
-    std::fs::read(path).map_err(|source| ReadError::Unreadable { path: path.to_owned(), source })
+    File::open(path).map_err(|source| ReadError::Unreadable { path: path.to_owned(), source })
+}
+
+/// The bytes of a file.
+pub(crate) fn read_bytes(path: &Path) -> Result<Vec<u8>, ReadError> {
+    let mut bytes = Vec::new();
+    let read = open(path)?.read_to_end(&mut bytes);
+    read.map_err(|source| ReadError::Unreadable { path: path.to_owned(), source })?;
+    Ok(bytes)
 }
 
 /// Collects rows of coordinates, followed or not by normals, and refuses what is not finite.

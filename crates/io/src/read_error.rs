@@ -64,6 +64,11 @@ impl Malformed {
         Self { place: Place::File, problem: problem.into() }
     }
 
+    /// Where bytes that should be there could not be read: the file became shorter meanwhile, or worse.
+    pub(crate) fn unread(error: io::Error) -> Self {
+        Self::file(format!("the file cannot be read on: {error}"))
+    }
+
     pub(crate) fn line(line: usize, problem: impl Into<String>) -> Self {
         Self { place: Place::Line(line), problem: problem.into() }
     }

@@ -1,10 +1,12 @@
 //! The corners of the triangles of an STL file, ascii or binary.
 
 use std::collections::HashSet;
+use std::io::BufRead;
 
-use crate::lines::lines;
+use crate::lines::Lines;
 use crate::points::{Dimension, Points, Rows};
 use crate::read_error::{Malformed, Place, quoted};
+use crate::source::Source;
 
 /// Bytes before the triangles of a binary file: a free text, and their number.
 const HEADER: usize = 84;
@@ -12,31 +14,45 @@ const HEADER: usize = 84;
 const TRIANGLE: usize = 50;
 
 /// Reads every corner once, in the order of the first appearance.
-pub(crate) fn parse(bytes: &[u8]) -> Result<Points, Malformed> {
-    let count = bytes.get(80..HEADER).and_then(|b| b.try_into().ok()).map(u32::from_le_bytes);
+pub(crate) fn read(source: &mut Source) -> Result<Points, Malformed> {
+    let length = source.length();
+    let head = source.peek(HEADER)?;
+    let count = head.get(80..).and_then(|b| b.try_into().ok()).map(u32::from_le_bytes);
     let claimed = count.map(|count| HEADER as u64 + u64::from(count) * TRIANGLE as u64);
     // Some binary files begin with "solid" too: the size decides first.
-    if claimed == Some(bytes.len() as u64) {
-        return parse_binary(bytes);
-    }
-    if bytes.trim_ascii_start().get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid")) {
-        return parse_ascii(bytes);
-    }
     match (count, claimed) {
-        (Some(count), Some(claimed)) if claimed > bytes.len() as u64 => Err(Malformed::file(format!(
-            "the STL header claims {count} triangles, which need {claimed} bytes, but the file has {}: it is damaged or cut short",
-            bytes.len()
+        (Some(count), Some(claimed)) if claimed == length => read_binary(source, count),
+        _ if begins_with_solid(source)? => read_ascii(source),
+        (Some(count), Some(claimed)) if claimed > length => Err(Malformed::file(format!(
+            "the STL header claims {count} triangles, which need {claimed} bytes, but the file has {length}: it is damaged or cut short"
         ))),
-        (Some(_), Some(_)) => parse_binary(bytes),
+        (Some(count), Some(_)) => read_binary(source, count),
         _ => Err(Malformed::file("an STL file begins with \"solid\" or has 84 bytes of header; this one does not")),
     }
 }
 
+/// Whether that is the first word, behind any blanks.
+fn begins_with_solid(source: &mut Source) -> Result<bool, Malformed> {
+    loop {
+        let piece = source.fill_buf().map_err(Malformed::unread)?;
+        let blanks = piece.len() - piece.trim_ascii_start().len();
+        if blanks == 0 {
+            break;
+        }
+        source.consume(blanks);
+    }
+    let word = source.peek(5)?;
+    source.go_to(0)?;
+    Ok(word.eq_ignore_ascii_case(b"solid"))
+}
+
 /// The header's count fits the bytes; whatever follows the triangles is left alone.
-fn parse_binary(bytes: &[u8]) -> Result<Points, Malformed> {
-    let count = bytes.get(80..HEADER).and_then(|b| b.try_into().ok()).map_or(0, u32::from_le_bytes) as usize;
+fn read_binary(source: &mut Source, count: u32) -> Result<Points, Malformed> {
     let mut corners = Corners::new();
-    for (index, triangle) in bytes.get(HEADER..).unwrap_or_default().chunks_exact(TRIANGLE).take(count).enumerate() {
+    let mut triangle = [0; TRIANGLE];
+    source.go_to(HEADER as u64)?;
+    for index in 0..count as usize {
+        source.fill(&mut triangle)?;
         let (numbers, _) = triangle.get(12..48).unwrap_or_default().as_chunks::<4>();
         for (corner, xyz) in numbers.as_chunks::<3>().0.iter().enumerate() {
             let place = Place::Byte(HEADER + index * TRIANGLE + 12 + corner * 12);
@@ -48,14 +64,14 @@ fn parse_binary(bytes: &[u8]) -> Result<Points, Malformed> {
 }
 
 /// Reads the lines `vertex x y z`; all others are left alone.
-fn parse_ascii(bytes: &[u8]) -> Result<Points, Malformed> {
-    // The name behind "solid" may be in any encoding; numbers are ASCII in all of them.
-    let text = String::from_utf8_lossy(bytes);
+fn read_ascii(source: &mut Source) -> Result<Points, Malformed> {
     let mut corners = Corners::new();
     let mut closed = false;
-    for (number, line) in lines(&text) {
-        let at = |problem: String| Malformed::line(number, problem);
-        let mut fields = line.split_whitespace();
+    let mut lines = Lines::new(source)?;
+    while lines.advance()? {
+        let at = |problem: String| Malformed::line(lines.number(), problem);
+        let text = lines.text();
+        let mut fields = text.split_whitespace();
         match fields.next() {
             Some(word) if word.eq_ignore_ascii_case("vertex") => {}
             Some(word) => {
@@ -100,6 +116,7 @@ impl Corners {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::point_format::{PointFormat, parse_points};
 
     const TRIANGLES: [[[f32; 3]; 3]; 2] =
         [[[0.0, 0.0, 0.0], [1.0, 0.0, 0.5], [0.0, 1.0, 0.0]], [[-0.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 2.5e6]]];
@@ -118,7 +135,7 @@ mod tests {
     }
 
     fn read(bytes: &[u8]) -> Vec<[f64; 3]> {
-        match parse(bytes) {
+        match parse_points(bytes, PointFormat::Stl) {
             Ok(Points::Three(set)) => set.points,
             other => panic!("{other:?}"),
         }
@@ -149,7 +166,7 @@ mod tests {
 
     #[test]
     fn damaged_files_say_where() {
-        let sentence = |bytes: &[u8]| parse(bytes).unwrap_err().to_string();
+        let sentence = |bytes: &[u8]| parse_points(bytes, PointFormat::Stl).unwrap_err().to_string();
         let whole = binary(b"", &TRIANGLES);
         assert!(sentence(&whole[..150]).contains("claims 2 triangles, which need 184 bytes, but the file has 150"));
         assert!(sentence(&whole[..50]).contains("begins with \"solid\""));

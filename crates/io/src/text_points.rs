@@ -2,9 +2,10 @@
 
 use crate::attributes::{Attribute, NumberKind, colour_columns};
 use crate::columns::Columns;
-use crate::lines::lines;
+use crate::lines::Lines;
 use crate::points::{Dimension, Points, Rows};
 use crate::read_error::{Malformed, quoted};
+use crate::source::Source;
 use crate::text_preamble::{Names, Preamble, drop_last_empty};
 use crate::text_row::{number, split, unquoted};
 
@@ -13,57 +14,77 @@ const ROWS_THAT_COUNT: usize = 10;
 
 /// Reads the columns that a header line names, or else the first two or three, and normals where there are six; where the plane
 /// is asked for, x and y alone.
-pub(crate) fn parse(bytes: &[u8], asked: Option<Dimension>) -> Result<Points, Malformed> {
-    let text = utf8(bytes)?;
-    let mut preamble = Preamble::default();
-    let mut table: Option<Table> = None;
-    let mut fields = Vec::new();
-    for (number, line) in lines(text) {
-        let (line, comment) = without_comment(line);
-        let at = |problem: String| Malformed::line(number, problem);
-        if table.is_none() && preamble.takes(line, comment, &mut fields).map_err(at)? {
-            continue;
+pub(crate) fn read(source: &mut Source, asked: Option<Dimension>) -> Result<Points, Malformed> {
+    let mut text = Text { asked, preamble: Preamble::default(), table: None };
+    let mut outcome = Ok(());
+    let mut lines = Lines::new(source)?;
+    while lines.advance()? {
+        let line = utf8(&lines)?;
+        // What is no text is said before what is wrong with a row, wherever it stands.
+        if outcome.is_ok() {
+            outcome = text.take(line).map_err(|problem| Malformed::line(lines.number(), problem));
         }
-        if line.is_empty() {
-            continue;
-        }
-        split(line, &mut fields).map_err(at)?;
-        let table = match &mut table {
-            Some(table) => table,
-            None => {
-                let (columns, names, unnamed) = preamble.columns(&mut fields, asked).map_err(at)?;
-                table.insert(Table::new(columns, names, fields.len(), unnamed))
-            }
-        };
-        table.push(&mut fields, line).map_err(at)?;
     }
-    let Some(table) = table else {
-        return Err(Malformed::file(match preamble.words() {
-            0 => "the file has no points".into(),
-            lines => format!("the file has no points: {lines} lines of words, and no row of numbers"),
-        }));
-    };
-    match preamble.announced() {
-        Some(count) if count != table.rows.len() as u64 => Err(Malformed::file(format!(
-            "the first line announces {count} points, but {} follow: the file is cut short, or its first line is not a count",
-            table.rows.len()
-        ))),
-        _ => table.finish(),
-    }
+    outcome?;
+    text.finish()
 }
 
-fn utf8(bytes: &[u8]) -> Result<&str, Malformed> {
-    let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
-    if bytes.starts_with(b"\xFF\xFE") || bytes.starts_with(b"\xFE\xFF") {
+fn utf8<'a>(lines: &'a Lines) -> Result<&'a str, Malformed> {
+    let line = lines.bytes();
+    if lines.number() == 1 && (line.starts_with(b"\xFF\xFE") || line.starts_with(b"\xFE\xFF")) {
         return Err(Malformed::file("the text is UTF-16; save it as UTF-8"));
     }
-    std::str::from_utf8(bytes).map_err(|error| {
-        let line = 1 + bytes.iter().take(error.valid_up_to()).filter(|b| **b == b'\n').count();
+    std::str::from_utf8(line).map_err(|_| {
         Malformed::line(
-            line,
+            lines.number(),
             "this is not UTF-8 text; save the file as UTF-8 (or is it a binary file with a wrong extension?)",
         )
     })
+}
+
+/// The lines read so far.
+struct Text {
+    asked: Option<Dimension>,
+    preamble: Preamble,
+    table: Option<Table>,
+}
+
+impl Text {
+    fn take(&mut self, line: &str) -> Result<(), String> {
+        let (line, comment) = without_comment(line);
+        let mut fields = Vec::new();
+        if self.table.is_none() && self.preamble.takes(line, comment, &mut fields)? {
+            return Ok(());
+        }
+        if line.is_empty() {
+            return Ok(());
+        }
+        split(line, &mut fields)?;
+        let table = match &mut self.table {
+            Some(table) => table,
+            None => {
+                let (columns, names, unnamed) = self.preamble.columns(&mut fields, self.asked)?;
+                self.table.insert(Table::new(columns, names, fields.len(), unnamed))
+            }
+        };
+        table.push(&mut fields, line)
+    }
+
+    fn finish(self) -> Result<Points, Malformed> {
+        let Some(table) = self.table else {
+            return Err(Malformed::file(match self.preamble.words() {
+                0 => "the file has no points".into(),
+                lines => format!("the file has no points: {lines} lines of words, and no row of numbers"),
+            }));
+        };
+        match self.preamble.announced() {
+            Some(count) if count != table.rows.len() as u64 => Err(Malformed::file(format!(
+                "the first line announces {count} points, but {} follow: the file is cut short, or its first line is not a count",
+                table.rows.len()
+            ))),
+            _ => table.finish(),
+        }
+    }
 }
 
 /// The row, and the comment behind `#`, or behind `//` or `%` at the beginning of the line.
@@ -188,25 +209,26 @@ fn are_colours(normals: &[[f64; 3]]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::point_format::{PointFormat, parse_points};
     use crate::points::PointSet;
     use crate::read_error::Place;
 
     fn plane(text: &str) -> PointSet<2> {
-        match parse(text.as_bytes(), None) {
+        match parse_points(text.as_bytes(), PointFormat::Text) {
             Ok(Points::Two(set)) => set,
             other => panic!("{text:?} gave {other:?}"),
         }
     }
 
     fn space(text: &str) -> PointSet<3> {
-        match parse(text.as_bytes(), None) {
+        match parse_points(text.as_bytes(), PointFormat::Text) {
             Ok(Points::Three(set)) => set,
             other => panic!("{text:?} gave {other:?}"),
         }
     }
 
     fn refused(text: impl AsRef<[u8]>, place: Place, part: &str) {
-        let error = parse(text.as_ref(), None).unwrap_err();
+        let error = parse_points(text.as_ref(), PointFormat::Text).unwrap_err();
         assert_eq!(error.place, place, "{error}");
         assert!(error.problem.contains(part), "{error}");
     }
@@ -295,7 +317,8 @@ mod tests {
     #[test]
     fn where_the_plane_is_asked_for_x_and_y_are_read() {
         for text in ["1 2 9\n", "1 2 0 1\n", "z,y,x\n9,2,1\n", "1,2\n"] {
-            let Points::Two(set) = parse(text.as_bytes(), Some(Dimension::Two)).unwrap() else { panic!("{text:?}") };
+            let read = parse_points(text.as_bytes(), PointFormat::PlaneText);
+            let Ok(Points::Two(set)) = read else { panic!("{text:?} gave {read:?}") };
             assert_eq!((set.points, set.normals), (vec![[1.0, 2.0]], None), "{text:?}");
         }
     }
@@ -335,7 +358,7 @@ mod tests {
     fn what_is_no_text_or_has_no_points_is_said_so() {
         refused(b"0 0\n1 1\n\xff\xfe 2\n", Place::Line(3), "not UTF-8");
         refused(b"\xff\xfe1\0 \x002\0", Place::File, "UTF-16");
-        for text in ["", "\n\n", "# only a comment\n", "x y z\n", "0\n"] {
+        for text in ["\n\n", "# only a comment\n", "x y z\n", "0\n"] {
             refused(text, Place::File, "no points");
         }
         refused("a\u{7}b 1\n", Place::File, "1 lines of words");
