@@ -6,7 +6,9 @@ use std::io::Cursor;
 
 use ndarray::{Array1, Array2, arr0, arr1, arr2};
 use ndarray_npy::NpzWriter;
-use zeroset_io::{Malformed, ReadError, SplineFile, SplineLevel, parse_spline, read_points, read_spline};
+use zeroset_io::{
+    Malformed, PointFormat, ReadError, SplineFile, SplineLevel, parse_spline, read_points, read_points_as, read_spline,
+};
 
 fn sentence(name: &str, bytes: &[u8]) -> String {
     let folder = tempfile::tempdir().unwrap();
@@ -30,6 +32,14 @@ fn paths_that_cannot_be_read_are_named() {
     assert!(sentence("a.obj", b"f 1 2 3\n").contains("no points"));
     assert!(sentence("a.obj", b"v 1 2\n").contains("line 1: 3 coordinates are needed, 2 found"));
     assert!(sentence("a.obj", b"v 1 2 inf\n").contains("line 1: z is inf"));
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn files_that_claim_to_be_empty_are_read() {
+    let path = "/proc/self/statm";
+    assert_eq!(std::fs::metadata(path).unwrap().len(), 0);
+    assert_eq!(read_points_as(path, PointFormat::Text).unwrap().len(), 1, "seven numbers");
 }
 
 fn npy(header: &str, body: &[u8]) -> Vec<u8> {
