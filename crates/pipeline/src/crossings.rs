@@ -20,6 +20,8 @@ const OFF: f64 = 1.0;
 const OFF_NOISE: f64 = 5.0;
 /// If more points than this share are off, it is the surface that is missing.
 const MOST_OFF: f64 = 0.1;
+/// No more points than this share may other crossings leave.
+const MOST_LEFT: f64 = 0.02;
 
 /// Roots of the field along the lattice edges on which the sign of `phi` changes.
 ///
@@ -68,10 +70,33 @@ pub fn off_the_surface<const D: usize>(
     if crossings.is_empty() {
         return vec![false; points.len()];
     }
-    let reach = |local: f64| (OFF * local.max(detail)).max(OFF_NOISE * noise);
-    let off: Vec<bool> = distances_to(crossings, points).iter().zip(local).map(|(d, s)| *d > reach(*s)).collect();
+    let off = far_from(crossings, points, local, detail, noise);
     let count = off.iter().filter(|off| **off).count();
     if count as f64 > MOST_OFF * points.len() as f64 { vec![false; points.len()] } else { off }
+}
+
+/// Whether other crossings, of which there may be none, are as near to the points, but for a few.
+pub fn are_as_near<const D: usize>(
+    others: &[[f64; D]],
+    crossings: &[[f64; D]],
+    points: &[[f64; D]],
+    local: &[f64],
+    detail: f64,
+    noise: f64,
+) -> bool {
+    let far = |crossings| far_from(crossings, points, local, detail, noise).iter().filter(|off| **off).count();
+    !others.is_empty() && far(others) as f64 <= far(crossings) as f64 + MOST_LEFT * points.len() as f64
+}
+
+fn far_from<const D: usize>(
+    crossings: &[[f64; D]],
+    points: &[[f64; D]],
+    local: &[f64],
+    detail: f64,
+    noise: f64,
+) -> Vec<bool> {
+    let reach = |local: f64| (OFF * local.max(detail)).max(OFF_NOISE * noise);
+    distances_to(crossings, points).iter().zip(local).map(|(d, s)| *d > reach(*s)).collect()
 }
 
 #[cfg(test)]
@@ -88,6 +113,15 @@ mod tests {
         assert_eq!(sites.len(), 8);
         // A linear root, up to rounding.
         assert!(sites.iter().all(|site| (site[0] - 0.3).abs() < 1e-15 && site[1] % 1.5 != 0.0));
+    }
+
+    #[test]
+    fn others_are_as_near_if_they_leave_few_points() {
+        let line = |count: u32| (0..count).map(|i| [0.0, f64::from(i)]).collect::<Vec<_>>();
+        let points = line(100);
+        let as_near = |others: &[[f64; 2]]| are_as_near(others, &points, &points, &[0.5; 100], 0.5, 0.0);
+        assert!(as_near(&line(98)) && !as_near(&line(97)) && !as_near(&[]));
+        assert!(are_as_near(&line(98), &[], &points, &[0.5; 100], 0.5, 0.0));
     }
 
     #[test]

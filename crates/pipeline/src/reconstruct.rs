@@ -9,7 +9,7 @@ use zeroset_lsq_init as lsq_init;
 use zeroset_watch::{CancelToken, Watch};
 
 use crate::calibration::calibrated;
-use crate::crossings::{crossings, gaps, off_the_surface};
+use crate::crossings::{are_as_near, crossings, gaps, off_the_surface};
 use crate::denoising::denoised;
 use crate::domain::Domain;
 use crate::error::ReconstructError;
@@ -220,8 +220,9 @@ pub(crate) fn road<const D: usize>(
                 Filling::Filled(nodes_filled) => {
                     let (filled, found) = synthesize(&field, &distance, reach);
                     let crossed = crossings(&field.value, &filled, &nodes);
-                    // Unless nothing is left of a shape that was all hole.
-                    if !crossed.is_empty() {
+                    // Unless little is left of a shape that was all hole.
+                    let detail = cell.max(smoothed);
+                    if are_as_near(&crossed, &places, &heard, &spacing.local, detail, noise) {
                         (phi, report, places) = (filled, SignReport { nodes_filled, ..found }, crossed);
                     }
                 }
