@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use serde_json::Value;
-use zeroset::{Options, extract_curve, extract_surface, reconstruct};
+use zeroset::{Options, Report, extract_curve, extract_surface, reconstruct};
 use zeroset_io::Points;
 
 fn folder() -> PathBuf {
@@ -109,23 +109,42 @@ fn horse() {
     curve_is_right("horse");
 }
 
+/// A report without what the clock said.
+fn figures(report: &Report) -> Value {
+    let mut figures = serde_json::to_value(report).unwrap();
+    let mut rest = vec![&mut figures];
+    while let Some(value) = rest.pop() {
+        match value {
+            Value::Object(entries) => {
+                entries.remove("seconds");
+                rest.extend(entries.values_mut());
+            }
+            Value::Array(entries) => rest.extend(entries),
+            _ => {}
+        }
+    }
+    figures
+}
+
 #[test]
 fn the_bytes_do_not_depend_on_threads() {
     let (_, Points::Two(outline)) = fixture("annulus_offset") else { panic!("an outline") };
     let (_, Points::Three(torus)) = fixture("double_torus") else { panic!("a surface") };
-    // Coarse, to be quick: the code paths are the same.
-    let options = Options { resolution: Some(24), ..Options::default() };
+    // Coarse, to be quick: the code paths are the same. How much memory is free differs from run to run.
+    let plane = Options { memory: Some(1 << 30), ..Options::default() };
+    let space = Options { resolution: Some(24), ..plane.clone() };
     let run = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
-            let mut flat = reconstruct(&outline.points, &Options::default()).unwrap();
-            let mut solid = reconstruct(&torus.points, &options).unwrap();
+            let mut flat = reconstruct(&outline.points, &plane).unwrap();
+            let mut solid = reconstruct(&torus.points, &space).unwrap();
             let (curves, mesh) = (extract_curve(&mut flat).unwrap().0, extract_surface(&mut solid).unwrap().0);
-            (flat.spline, curves, solid.spline, mesh)
+            let reports = [&flat.report, &solid.report].map(figures);
+            (flat.spline, curves, solid.spline, mesh, reports)
         })
     };
     let one = run(1);
-    for threads in [2, 3] {
+    for threads in [1, 2, 3, 8] {
         assert!(run(threads) == one, "{threads} threads");
     }
 }
