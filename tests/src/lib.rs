@@ -21,5 +21,5 @@ pub use case::{Case, Cloud};
 pub use half_edges::{Faults, faults_of_loops, faults_of_mesh};
 pub use random::Random;
 pub use shapes::{Shape2, Shape3};
-pub use soak::{EXECUTIONS, Outcome, Violation, soak};
+pub use soak::{EXECUTIONS, Outcome, Violation, soak, without_seconds};
 pub use time_limit::{Ended, within};

@@ -191,8 +191,8 @@ fn refused(error: &ReconstructError) -> Result<Run, Violation> {
     Ok(Run { outcome, coefficients: vec![], vertices: vec![], indices: vec![], report })
 }
 
-/// Wall times are the only thing in a report that may differ.
-fn without_seconds(value: &mut serde_json::Value) {
+/// Takes wall times, the only thing in a report that may differ from run to run, out of it.
+pub fn without_seconds(value: &mut serde_json::Value) {
     match value {
         serde_json::Value::Object(object) => {
             object.remove("seconds");

@@ -358,6 +358,7 @@ mod tests {
     fn what_is_no_text_or_has_no_points_is_said_so() {
         refused(b"0 0\n1 1\n\xff\xfe 2\n", Place::Line(3), "not UTF-8");
         refused(b"\xff\xfe1\0 \x002\0", Place::File, "UTF-16");
+        refused("", Place::File, "the file is empty");
         for text in ["\n\n", "# only a comment\n", "x y z\n", "0\n"] {
             refused(text, Place::File, "no points");
         }

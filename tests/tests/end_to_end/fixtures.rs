@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 use zeroset::{Options, Report, extract_curve, extract_surface, reconstruct};
 use zeroset_io::Points;
+use zeroset_tests::without_seconds;
 
 fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../fixtures")
@@ -112,17 +113,7 @@ fn horse() {
 /// A report without what the clock said.
 fn figures(report: &Report) -> Value {
     let mut figures = serde_json::to_value(report).unwrap();
-    let mut rest = vec![&mut figures];
-    while let Some(value) = rest.pop() {
-        match value {
-            Value::Object(entries) => {
-                entries.remove("seconds");
-                rest.extend(entries.values_mut());
-            }
-            Value::Array(entries) => rest.extend(entries),
-            _ => {}
-        }
-    }
+    without_seconds(&mut figures);
     figures
 }
 

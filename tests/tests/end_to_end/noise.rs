@@ -32,10 +32,8 @@ fn comes_out_right(points: &[[f64; 3]], genus: i64, share: f64) {
     let found = result.report.input.noise / noise;
     assert!((found - 1.0).abs() < 0.25, "{found} of the noise");
     let places: Vec<[f64; 3]> = points.iter().map(|p| result.frame.to_frame(p)).collect();
-    let at = result.spline.evaluate(&places, Derivatives::Gradient);
-    let distances =
-        at.values.iter().zip(&at.gradients).map(|(v, g)| v.abs() / g.iter().map(|g| g * g).sum::<f64>().sqrt());
-    let mean = distances.sum::<f64>() / points.len() as f64 / (noise * result.frame.scale);
+    let distances = result.spline.evaluate(&places, Derivatives::Gradient).sampson_distances();
+    let mean = distances.iter().map(|d| d.abs()).sum::<f64>() / points.len() as f64 / (noise * result.frame.scale);
     assert!(mean < share, "{mean} standard deviations from the points without noise");
 }
 
