@@ -58,45 +58,44 @@ pub fn gaps<const D: usize>(crossings: &[[f64; D]], points: &[[f64; D]], scale: 
     crossings.iter().filter(|site| square(*site) > (NEAR * scale).powi(2)).copied().collect()
 }
 
-/// Which points are far from all crossings, given their `local` spacing, the `detail` that the crossings can show (cells and
-/// smoothing length), and the standard deviation of their noise. None, if they were so many that the surface must be wrong.
-pub fn off_the_surface<const D: usize>(
-    crossings: &[[f64; D]],
-    points: &[[f64; D]],
-    local: &[f64],
-    detail: f64,
-    noise: f64,
-) -> Vec<bool> {
-    if crossings.is_empty() {
-        return vec![false; points.len()];
+/// How far points may lie from the crossings: those of their own surface are nearer.
+#[derive(Debug, Clone, Copy)]
+pub struct Closeness<'a, const D: usize> {
+    /// `N × D`.
+    pub points: &'a [[f64; D]],
+    /// The spacing around each of them.
+    pub local: &'a [f64],
+    /// What the crossings can show: cells and smoothing length.
+    pub detail: f64,
+    /// The standard deviation of the points' noise.
+    pub noise: f64,
+}
+
+impl<const D: usize> Closeness<'_, D> {
+    /// Which points are far from all crossings. None, if they were so many that the surface must be wrong, or without crossings.
+    pub fn off_the_surface(&self, crossings: &[[f64; D]]) -> Vec<bool> {
+        let none = vec![false; self.points.len()];
+        if crossings.is_empty() {
+            return none;
+        }
+        let far = self.far(crossings);
+        if count(&far) as f64 > MOST_OFF * self.points.len() as f64 { none } else { far }
     }
-    let off = far_from(crossings, points, local, detail, noise);
-    let count = off.iter().filter(|off| **off).count();
-    if count as f64 > MOST_OFF * points.len() as f64 { vec![false; points.len()] } else { off }
+
+    /// Whether other crossings, of which there may be none, leave no more points than these, but for a few.
+    pub fn is_kept(&self, others: &[[f64; D]], crossings: &[[f64; D]]) -> bool {
+        let left = |crossings| count(&self.far(crossings)) as f64;
+        !others.is_empty() && left(others) <= left(crossings) + MOST_LEFT * self.points.len() as f64
+    }
+
+    fn far(&self, crossings: &[[f64; D]]) -> Vec<bool> {
+        let reach = |local: f64| (OFF * local.max(self.detail)).max(OFF_NOISE * self.noise);
+        distances_to(crossings, self.points).iter().zip(self.local).map(|(d, s)| *d > reach(*s)).collect()
+    }
 }
 
-/// Whether other crossings, of which there may be none, are as near to the points, but for a few.
-pub fn are_as_near<const D: usize>(
-    others: &[[f64; D]],
-    crossings: &[[f64; D]],
-    points: &[[f64; D]],
-    local: &[f64],
-    detail: f64,
-    noise: f64,
-) -> bool {
-    let far = |crossings| far_from(crossings, points, local, detail, noise).iter().filter(|off| **off).count();
-    !others.is_empty() && far(others) as f64 <= far(crossings) as f64 + MOST_LEFT * points.len() as f64
-}
-
-fn far_from<const D: usize>(
-    crossings: &[[f64; D]],
-    points: &[[f64; D]],
-    local: &[f64],
-    detail: f64,
-    noise: f64,
-) -> Vec<bool> {
-    let reach = |local: f64| (OFF * local.max(detail)).max(OFF_NOISE * noise);
-    distances_to(crossings, points).iter().zip(local).map(|(d, s)| *d > reach(*s)).collect()
+fn count(far: &[bool]) -> usize {
+    far.iter().filter(|far| **far).count()
 }
 
 #[cfg(test)]
@@ -119,9 +118,10 @@ mod tests {
     fn others_are_as_near_if_they_leave_few_points() {
         let line = |count: u32| (0..count).map(|i| [0.0, f64::from(i)]).collect::<Vec<_>>();
         let points = line(100);
-        let as_near = |others: &[[f64; 2]]| are_as_near(others, &points, &points, &[0.5; 100], 0.5, 0.0);
+        let closeness = Closeness { points: &points, local: &[0.5; 100], detail: 0.5, noise: 0.0 };
+        let as_near = |others: &[[f64; 2]]| closeness.is_kept(others, &points);
         assert!(as_near(&line(98)) && !as_near(&line(97)) && !as_near(&[]));
-        assert!(are_as_near(&line(98), &[], &points, &[0.5; 100], 0.5, 0.0));
+        assert!(closeness.is_kept(&line(98), &[]));
     }
 
     #[test]
@@ -132,8 +132,8 @@ mod tests {
         let x = |i: usize| if i % 40 == 7 { 3.0 } else { 0.3 };
         let points: Vec<[f64; 2]> = (0..120).map(|i| [x(i), 0.05 * i as f64]).collect();
         let off = |points: &[[f64; 2]], noise: f64| {
-            let off = off_the_surface(&crossings, points, &vec![0.05; points.len()], 0.5, noise);
-            off.iter().filter(|off| **off).count()
+            let local = vec![0.05; points.len()];
+            count(&Closeness { points, local: &local, detail: 0.5, noise }.off_the_surface(&crossings))
         };
         assert_eq!(off(&points, 0.0), 3);
         // Within five standard deviations.

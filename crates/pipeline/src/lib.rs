@@ -81,7 +81,7 @@ mod volume;
 
 pub use calibration::DistanceFigures;
 pub use confidence::RegionReport;
-pub use crossings::{crossings, gaps, off_the_surface};
+pub use crossings::{Closeness, crossings, gaps};
 pub use domain::Domain;
 pub use error::{InputError, ReconstructError};
 pub use extraction::{Figures, extract_curve, extract_surface};

@@ -9,7 +9,7 @@ use zeroset_lsq_init as lsq_init;
 use zeroset_watch::{CancelToken, Watch};
 
 use crate::calibration::calibrated;
-use crate::crossings::{are_as_near, crossings, gaps, off_the_surface};
+use crate::crossings::{Closeness, crossings, gaps};
 use crate::denoising::denoised;
 use crate::domain::Domain;
 use crate::error::ReconstructError;
@@ -162,7 +162,7 @@ pub(crate) fn road<const D: usize>(
     let margin = options.margin_in_frame(frame.scale)?;
     let Lattices { domain, halvings, levels } = lattices(&frame, &spacing, margin, options);
     let band = match options.refine && options.degree == 3 {
-        true => Some(refinement::band(&heard, &spacing, &domain, halvings, levels, 0.0)?),
+        true => Some(refinement::band(&heard, &spacing, &domain, halvings, levels, false)?),
         false => None,
     };
     let cell = domain.spacing(halvings);
@@ -182,7 +182,7 @@ pub(crate) fn road<const D: usize>(
     let noise = gefm::noise_deviation(&f_hat, &heard);
     let band = match band {
         Some(band) if refinement::is_deep(noise, &spacing) => {
-            let wide = refinement::band(&heard, &spacing, &domain, halvings, levels, noise)?;
+            let wide = refinement::band(&heard, &spacing, &domain, halvings, levels, true)?;
             match counts(Some(&wide)).within(memory.limit) {
                 Ok(need) if need.levels == memory.levels => {
                     memory = need;
@@ -211,7 +211,8 @@ pub(crate) fn road<const D: usize>(
         let mut field = sign_field(&f_hat, few, few_spacing, &domain, halvings, &distance, calibration)?;
         let (mut phi, mut report) = synthesize(&field, &distance, reach);
         let mut places = crossings(&field.value, &phi, &nodes);
-        let off = off_the_surface(&places, &heard, &spacing.local, cell.max(smoothed), noise);
+        let closeness = Closeness { points: &heard, local: &spacing.local, detail: cell.max(smoothed), noise };
+        let off = closeness.off_the_surface(&places);
         let sites = kept(sites, &off);
         // What is left open needs no filling, and where noise is deep what is far from all points may well be f̂'s mistake.
         if !options.open && noise < FILLABLE_NOISE * spacing.typical {
@@ -221,8 +222,7 @@ pub(crate) fn road<const D: usize>(
                     let (filled, found) = synthesize(&field, &distance, reach);
                     let crossed = crossings(&field.value, &filled, &nodes);
                     // Unless little is left of a shape that was all hole.
-                    let detail = cell.max(smoothed);
-                    if are_as_near(&crossed, &places, &heard, &spacing.local, detail, noise) {
+                    if closeness.is_kept(&crossed, &places) {
                         (phi, report, places) = (filled, SignReport { nodes_filled, ..found }, crossed);
                     }
                 }

@@ -126,7 +126,7 @@ fn finest_cell<const D: usize>(points: usize) -> f64 {
 }
 
 /// The levels above the dense lattice, finer where the points are denser; `levels` is how many there are at the typical spacing,
-/// if that is not for the spacing to say. Where there is deep `noise` the dense lattice is corrected as far from the points as a band can reach:
+/// if that is not for the spacing to say. Where `wide`, for noise that [`is_deep`], the dense lattice is corrected as far from the points as a band can reach:
 /// what holds f at its edge holds the surface too, if ℓ is as long as the band is wide.
 pub fn band<const D: usize>(
     points: &[[f64; D]],
@@ -134,7 +134,7 @@ pub fn band<const D: usize>(
     domain: &Domain<D>,
     halvings: u32,
     levels: Option<u32>,
-    noise: f64,
+    wide: bool,
 ) -> Result<CellBand<D>, ReconstructError> {
     let cell = domain.spacing(halvings);
     let (finest, share) = match levels {
@@ -146,8 +146,7 @@ pub fn band<const D: usize>(
     let mut levels = levels_for_spacing(cell, &sides, finest);
     let finest = worthwhile(&levels);
     levels.iter_mut().for_each(|level| *level = (*level).min(finest));
-    let near = ((NEAR * spacing.typical / cell).ceil() as usize).clamp(BAND, WIDEST);
-    let near = if is_deep(noise, spacing) { WIDEST } else { near };
+    let near = if wide { WIDEST } else { ((NEAR * spacing.typical / cell).ceil() as usize).clamp(BAND, WIDEST) };
     Ok(CellBand::new(&domain.knots(3, halvings)?, points, &levels, [near, BAND])?)
 }
 
@@ -172,20 +171,22 @@ impl<const D: usize> Refinement<'_, D> {
         }
         sides.normals = normals(self.f_hat, self.points);
         let mut refined = self.on_levels(initial, band, &sides, &areas, left * self.noise)?;
-        let mut found = self.changes(initial, &refined.0);
-        if left < 1.0 && !found.is_empty() {
-            refined = self.on_levels(initial, band, &sides, &areas, self.noise)?;
-            found = self.changes(initial, &refined.0);
+        let mut known = None;
+        if left < 1.0 && !self.cancel.is_cancelled() {
+            let found = self.changes(initial, &refined.0);
+            if found.is_empty() {
+                known = Some(found);
+            } else {
+                refined = self.on_levels(initial, band, &sides, &areas, self.noise)?;
+            }
         }
         let most_held = if self.is_noisy() { MOST_HELD_NOISY } else { MOST_HELD };
         for round in 1..=ROUNDS {
             if self.cancel.is_cancelled() {
                 break;
             }
-            if round > 1 {
-                found = self.changes(initial, &refined.0);
-            }
-            let changes = self.if_few(most_held, std::mem::take(&mut found));
+            let found = known.take().unwrap_or_else(|| self.changes(initial, &refined.0));
+            let changes = self.if_few(most_held, found);
             let dropped = self.if_few(MOST_STRAYS, self.strays(&refined.0, &stray));
             if changes.is_empty() && dropped.is_empty() {
                 break;
