@@ -9,18 +9,12 @@ use zeroset_isosurface::{self as isosurface, CurveTopology, Curves, Topology, Tr
 
 use crate::error::ReconstructError;
 use crate::fragile;
+use crate::marching::marching_halvings;
 use crate::reconstruct::Reconstruction;
 use crate::report::{ExtractionReport, StageFigures, StageReport};
 use crate::spacing::distances_to;
 use crate::support::{Nearest, Support};
 use crate::trust::shape_name;
-
-/// Lattices coarser than this are halved once more for extraction: chords over a cell would show.
-const FINE_ENOUGH: usize = 96;
-/// A mesh of more vertices is not made by halving the finest level's cells: it would cost more than it shows.
-const MANY: f64 = 400_000.0;
-/// A surface passes through so many cells for every square of a cell's side.
-const PER_CELL: f64 = 1.5;
 
 /// Edges of a mesh are up to so many cells long.
 const LONGEST: f64 = 1.5;
@@ -214,18 +208,6 @@ pub enum Figures {
 fn is_doubtful<const D: usize>(reconstruction: &Reconstruction<D>) -> bool {
     let (input, scale) = (&reconstruction.report.input, reconstruction.frame.scale);
     fragile::is_doubtful(&reconstruction.spline, input.noise * scale, input.spacing * scale)
-}
-
-/// From the dense lattice's cells to those that the zero set is extracted on: the finest of the spline, halved once more if
-/// that makes no more vertices than [`MANY`], or if chords would show.
-fn marching_halvings<const D: usize>(reconstruction: &Reconstruction<D>) -> u32 {
-    let longest = reconstruction.domain.cells(reconstruction.halvings).into_iter().max().unwrap_or(0);
-    let levels = reconstruction.spline.levels().len() as u32;
-    let cell = 0.5 * reconstruction.domain.spacing(reconstruction.halvings + levels);
-    let spacing = reconstruction.report.input.spacing * reconstruction.frame.scale;
-    let vertices = PER_CELL * reconstruction.points.len() as f64 * (spacing / cell).powi(D as i32 - 1);
-    let refined = reconstruction.initial.is_some();
-    levels + u32::from(longest << levels < FINE_ENOUGH || (refined && vertices < MANY))
 }
 
 /// Gives a mesh that was extracted on cells of a certain side larger triangles where the function's own cells are larger than

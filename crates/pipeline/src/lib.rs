@@ -57,6 +57,7 @@ mod frame;
 mod hole_filling;
 mod kd_tree;
 mod known_normals;
+mod marching;
 mod memory;
 mod one_sided;
 mod options;

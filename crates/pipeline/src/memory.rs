@@ -10,6 +10,7 @@ use zeroset_bspline::{CellBand, HierarchicalSpline};
 
 use crate::domain::Domain;
 use crate::error::ReconstructError;
+use crate::marching::MANY_FOR_SAG;
 use crate::options::{Options, Topology};
 use crate::reconstruct::FINEST_RUNG;
 use crate::spacing::Spacing;
@@ -41,7 +42,7 @@ const DENSE_KEPT: f64 = 30.0;
 const ACTIVE: f64 = 450.0;
 /// Per active function of the levels above it: corrections, and the function's own field.
 const KEPT: f64 = 50.0;
-/// Per cell that the zero set crosses: candidates around it with their values, a vertex, two triangles, and their topology.
+/// Per cell of the finest level that the zero set crosses, or of those that it is extracted on where these are few: candidates around it with their values, a vertex, two triangles, and their topology.
 const CROSSED: f64 = 400.0;
 /// Per entry of a Cholesky factor: itself, and part of what it is made in.
 const FACTOR: f64 = 10.0;
@@ -141,7 +142,9 @@ impl Counts {
         let kept = |count: usize| DENSE_KEPT * self.dense + KEPT * used[..count].iter().sum::<usize>() as f64;
         let ladder = LADDER * self.ladder + FACTORS * self.factor + LADDER_POINT * self.points.min(2 * ENOUGH) as f64;
         let dense = self.dense * if self.dense_refined { DENSE_REFINED } else { DENSE };
-        let extraction = kept(used.len()) + CROSSED * self.crossed * self.growth.powi(levels as i32);
+        let crossed = self.crossed * self.growth.powi(levels as i32);
+        let marched = crossed.max((crossed * self.growth.powi(2)).min(MANY_FOR_SAG));
+        let extraction = kept(used.len()) + CROSSED * marched;
         let refinement = (0..used.len()).map(|level| kept(level) + ACTIVE * used[level] as f64);
         (PROGRAM + POINT * self.points as f64 + refinement.fold(ladder.max(dense).max(extraction), f64::max)) as u64
     }
