@@ -11,16 +11,18 @@ const FINE_ENOUGH: usize = 96;
 const MANY: f64 = 400_000.0;
 /// Nor is one of more than so many by halving them again, for chords that leave the surface.
 pub(crate) const MANY_FOR_SAG: f64 = 200_000.0;
-/// A surface passes through so many cells for every square of a cell's side.
-const PER_CELL: f64 = 1.5;
+/// Cells that a surface or curve of extent A crosses, in `A / h^(D−1)`: the mean over all directions of a plane's normal of
+/// the sum of its components is 3/2, of a line's 4/π.
+pub(crate) const CUT: f64 = 1.5;
 /// Chords that leave the surface by less than this share of the spacing are as good as the surface. (Functions of smooth shapes are
 /// exact to a thousandth of it, where chords over half a spacing are off by several.)
 const SAG: f64 = 0.002;
 /// So are those that leave it by less than this share of the noise.
 const SAG_IN_NOISE: f64 = 0.05;
 
-/// From the dense lattice's cells to those that the zero set is extracted on: the finest of the spline, halved once more if chords over them
-/// would show or the mesh stays small, and again while chords leave the surface by more than the points tell of it.
+/// From the dense lattice's cells to those that the zero set is extracted on: the finest of the spline, halved once more if
+/// chords over them would show or the mesh stays small, and again while chords leave the surface by more than the points tell
+/// of it.
 pub(crate) fn marching_halvings<const D: usize>(reconstruction: &Reconstruction<D>) -> u32 {
     let longest = reconstruction.domain.cells(reconstruction.halvings).into_iter().max().unwrap_or(0);
     let levels = reconstruction.spline.levels().len() as u32;
@@ -28,12 +30,10 @@ pub(crate) fn marching_halvings<const D: usize>(reconstruction: &Reconstruction<
     let (input, scale) = (&reconstruction.report.input, reconstruction.frame.scale);
     let spacing = input.spacing * scale;
     let vertices =
-        |halvings: u32| PER_CELL * reconstruction.points.len() as f64 * (spacing / cell(halvings)).powi(D as i32 - 1);
-    if reconstruction.initial.is_none() {
-        return levels + u32::from(longest << levels < FINE_ENOUGH);
-    }
-    let mut halvings = levels + u32::from(longest << levels < FINE_ENOUGH || vertices(levels + 1) < MANY);
-    if vertices(halvings + 1) < MANY_FOR_SAG {
+        |halvings: u32| CUT * reconstruction.points.len() as f64 * (spacing / cell(halvings)).powi(D as i32 - 1);
+    let refined = reconstruction.initial.is_some();
+    let mut halvings = levels + u32::from(longest << levels < FINE_ENOUGH || (refined && vertices(levels + 1) < MANY));
+    if refined && vertices(halvings + 1) < MANY_FOR_SAG {
         let curvature = typical_curvature(reconstruction);
         let shown = (SAG * spacing).max(SAG_IN_NOISE * input.noise * scale);
         while sag(curvature, cell(halvings)) > shown && vertices(halvings + 1) < MANY_FOR_SAG {

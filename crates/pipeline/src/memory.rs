@@ -10,7 +10,7 @@ use zeroset_bspline::{CellBand, HierarchicalSpline};
 
 use crate::domain::Domain;
 use crate::error::ReconstructError;
-use crate::marching::MANY_FOR_SAG;
+use crate::marching::{CUT, MANY_FOR_SAG};
 use crate::options::{Options, Topology};
 use crate::reconstruct::FINEST_RUNG;
 use crate::spacing::Spacing;
@@ -42,15 +42,13 @@ const DENSE_KEPT: f64 = 30.0;
 const ACTIVE: f64 = 450.0;
 /// Per active function of the levels above it: corrections, and the function's own field.
 const KEPT: f64 = 50.0;
-/// Per cell of the finest level that the zero set crosses, or of those that it is extracted on where these are few: candidates around it with their values, a vertex, two triangles, and their topology.
+/// Per cell of the finest level that the zero set crosses, or of those that it is extracted on where these are few: candidates
+/// around it with their values, a vertex, two triangles, and their topology.
 const CROSSED: f64 = 400.0;
 /// Per entry of a Cholesky factor: itself, and part of what it is made in.
 const FACTOR: f64 = 10.0;
 /// The same where two are kept while a third is made, as in the paper's topology stage.
 const FACTORS: f64 = 22.0;
-/// Cells that a surface or curve of extent A crosses, in `A / h^(D−1)`: the mean over all directions of a plane's normal of
-/// the sum of its components is 3/2, of a line's 4/π.
-const CUT: f64 = 1.5;
 
 /// Memory allowed and memory needed, bytes.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -143,6 +141,7 @@ impl Counts {
         let ladder = LADDER * self.ladder + FACTORS * self.factor + LADDER_POINT * self.points.min(2 * ENOUGH) as f64;
         let dense = self.dense * if self.dense_refined { DENSE_REFINED } else { DENSE };
         let crossed = self.crossed * self.growth.powi(levels as i32);
+        // Where these are few they are mostly halved up to twice.
         let marched = crossed.max((crossed * self.growth.powi(2)).min(MANY_FOR_SAG));
         let extraction = kept(used.len()) + CROSSED * marched;
         let refinement = (0..used.len()).map(|level| kept(level) + ACTIVE * used[level] as f64);

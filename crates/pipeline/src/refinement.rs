@@ -126,8 +126,8 @@ fn finest_cell<const D: usize>(points: usize) -> f64 {
 }
 
 /// The levels above the dense lattice, finer where the points are denser; `levels` is how many there are at the typical spacing,
-/// if that is not for the spacing to say. Where `wide`, for noise that [`is_deep`], the dense lattice is corrected as far from the points as a band can reach:
-/// what holds f at its edge holds the surface too, if ℓ is as long as the band is wide.
+/// if that is not for the spacing to say. Where `wide`, for noise that [`is_deep`], the dense lattice is corrected as far from the
+/// points as a band can reach: what holds f at its edge holds the surface too, if ℓ is as long as the band is wide.
 pub fn band<const D: usize>(
     points: &[[f64; D]],
     spacing: &Spacing,
