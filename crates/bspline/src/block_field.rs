@@ -360,6 +360,18 @@ mod tests {
         }
     }
 
+    #[test]
+    fn members_of_more_blocks_than_one_task_takes_keep_their_order() {
+        let members: Vec<[u32; 2]> = (0..3000).map(|i| [i * 7 % 400, i * 11 % 300]).collect();
+        let set = Arc::new(IndexSet::new([400, 300], &members));
+        assert!(set.block_count() > 500, "{}", set.block_count());
+        let values: Vec<f64> = (0..set.len()).map(|rank| rank as f64).collect();
+        let (mut field, mut back) = (BlockField::zeros(Arc::clone(&set)), vec![f64::NAN; set.len()]);
+        field.scatter(&values);
+        field.members(&mut back);
+        assert_eq!(back, values);
+    }
+
     /// Every other row, of every block of the set.
     fn rows_are_those_of_the_box<const BEFORE: usize>(field: &BlockField<3>) {
         let (side, before) = (BEFORE + SIDE + AFTER, usize::from(BEFORE > 0));

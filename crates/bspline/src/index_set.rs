@@ -1,8 +1,13 @@
 //! Sparse sets of the cells or of the basis functions of a lattice.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use crate::block_mask::{self, Mask, SIDE};
+
+/// Blocks per parallel task.
+const PER_TASK: usize = 64;
 
 /// A set of multi-indices `0 ≤ k < extent` along each axis: of cells, or of basis functions, of a lattice.
 ///
@@ -143,7 +148,7 @@ impl<const D: usize> IndexSet<D> {
     ///
     /// # Panics
     /// If there is no such block.
-    pub fn block_ranks(&self, slot: usize) -> std::ops::Range<usize> {
+    pub fn block_ranks(&self, slot: usize) -> Range<usize> {
         self.ranks[slot]..self.ranks[slot + 1]
     }
 
@@ -155,6 +160,31 @@ impl<const D: usize> IndexSet<D> {
         block_mask::for_each(&self.masks[slot], visit);
     }
 
+    /// Shares out one number per member, in their order, among consecutive blocks, so many at a time but for the last.
+    ///
+    /// ```
+    /// let set = zeroset_bspline::IndexSet::<2>::new([40, 40], &[[0, 0], [3, 4], [9, 0], [30, 30]]);
+    /// // The first two members belong to one block of 8 × 8 places.
+    /// let mut numbers = [1.0, 2.0, 3.0, 4.0];
+    /// assert_eq!(set.shared_out(&mut numbers, 2), [(0..2, &mut [1.0, 2.0, 3.0][..]), (2..3, &mut [4.0][..])]);
+    /// ```
+    ///
+    /// # Panics
+    /// If there is not one number per member, or `at_a_time` is zero.
+    #[track_caller]
+    pub fn shared_out<'a>(&self, members: &'a mut [f64], at_a_time: usize) -> Vec<(Range<usize>, &'a mut [f64])> {
+        assert_eq!(members.len(), self.len(), "one number per member");
+        let count = self.block_count();
+        let mut rest = members;
+        let shares = (0..count).step_by(at_a_time).map(|first| {
+            let slots = first..(first + at_a_time).min(count);
+            let (share, after) = std::mem::take(&mut rest).split_at_mut(self.ranks[slots.end] - self.ranks[first]);
+            rest = after;
+            (slots, share)
+        });
+        shares.collect()
+    }
+
     /// Picks the members' numbers, in their order, out of blocks of numbers.
     ///
     /// # Panics
@@ -162,15 +192,17 @@ impl<const D: usize> IndexSet<D> {
     #[track_caller]
     pub fn members_of_blocks(&self, blocks: &[f64], out: &mut [f64]) {
         assert_eq!(blocks.len(), self.block_count() * Self::BLOCK, "one number per place of every block");
-        assert_eq!(out.len(), self.len(), "one place per member");
-        let mut rest = out.iter_mut();
-        for (block, mask) in blocks.chunks_exact(Self::BLOCK).zip(&self.masks) {
-            block_mask::for_each(mask, |place| {
-                if let Some(out) = rest.next() {
-                    *out = block[place];
-                }
-            });
-        }
+        self.shared_out(out, PER_TASK).into_par_iter().for_each(|(slots, out)| {
+            let mut out = out.iter_mut();
+            for slot in slots {
+                let block = &blocks[slot * Self::BLOCK..][..Self::BLOCK];
+                self.for_each_place(slot, |place| {
+                    if let Some(out) = out.next() {
+                        *out = block[place];
+                    }
+                });
+            }
+        });
     }
 
     /// The block that has a given index as its first, where it has members. `start` may lie outside the extent.
@@ -214,7 +246,7 @@ impl<const D: usize> IndexSet<D> {
     }
 
     /// The blocks whose coordinate along the first axis lies in a range: a range of slots, for blocks are sorted by it.
-    pub fn slab(&self, from: u32, to: u32) -> std::ops::Range<usize> {
+    pub fn slab(&self, from: u32, to: u32) -> Range<usize> {
         let leading = 3 - D;
         let before = |bound: u32| self.blocks.partition_point(|b| b[leading] < bound.div_ceil(SIDE as u32));
         before(from)..before(to)

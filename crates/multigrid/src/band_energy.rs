@@ -7,6 +7,7 @@ use zeroset_bspline::{BlockField, IndexSet};
 use crate::band_tasks::BandTasks;
 use crate::bits::Bits;
 use crate::scratch::Scratch;
+use crate::vectors::clear;
 
 /// Functions of cubic degree reach this far.
 const REACH: usize = 3;
@@ -62,6 +63,8 @@ pub struct BandEnergy<const D: usize> {
     last: [Stencil; ORDERS],
     /// A function's coefficients and sums, both in blocks, that copies share.
     scratch: Arc<Scratch<(BlockField<D>, Vec<f64>)>>,
+    /// Numbers for the active functions, that copies share too.
+    vectors: Arc<Scratch<[Vec<f64>; 3]>>,
 }
 
 impl<const D: usize> BandEnergy<D> {
@@ -69,7 +72,8 @@ impl<const D: usize> BandEnergy<D> {
     pub fn new(active: Arc<IndexSet<D>>, sides: [f64; D], fairness: Fairness) -> Self {
         let tasks = Arc::new(BandTasks::new(&active));
         let grams = sides.map(grams);
-        Self { active, tasks, grams, fairness, last: last(&grams[0], &fairness), scratch: Arc::default() }
+        let last = last(&grams[0], &fairness);
+        Self { active, tasks, grams, fairness, last, scratch: Arc::default(), vectors: Arc::default() }
     }
 
     /// The same functions with another fairness.
@@ -117,7 +121,7 @@ impl<const D: usize> BandEnergy<D> {
     #[track_caller]
     pub fn sums(&self, add: impl FnOnce(&mut [f64]), out: &mut [f64]) {
         self.with_scratch(|_, sums| {
-            sums.fill(0.0);
+            clear(sums);
             add(sums);
             self.active.members_of_blocks(sums, out);
         });
@@ -128,6 +132,11 @@ impl<const D: usize> BandEnergy<D> {
         let places = self.active.block_count() * IndexSet::<D>::BLOCK;
         let new = || (BlockField::zeros(Arc::clone(&self.active)), vec![0.0; places]);
         self.scratch.with(new, |(field, sums)| work(field, sums))
+    }
+
+    /// Calls `work` with vectors of as many entries as there are active functions, of arbitrary values.
+    pub(crate) fn with_vectors<R>(&self, work: impl FnOnce(&mut [Vec<f64>; 3]) -> R) -> R {
+        self.vectors.with(|| [(); 3].map(|()| vec![0.0; self.active.len()]), work)
     }
 
     /// `out = (H f)` of the active functions, where `f` may have coefficients beyond them: for the gradient of the energy all

@@ -1,9 +1,11 @@
 //! The normal operator of a band level.
 
+use rayon::prelude::*;
 use std::borrow::Cow;
 
 use crate::band_collocation::BandCollocation;
 use crate::band_energy::BandEnergy;
+use crate::vectors::{PIECE, clear};
 
 /// Rows `rᵢ = αᵢ qᵢ + βᵢ · ∇qᵢ` for points in the cells of a level, in the order of their collocation.
 #[derive(Debug, Clone)]
@@ -40,7 +42,7 @@ impl<'a, const D: usize> BandOperator<'a, D> {
         };
         energy.sums(add, &mut diagonal);
         let smooth = energy.diagonal();
-        diagonal.iter_mut().for_each(|d| *d += smooth);
+        diagonal.par_chunks_mut(PIECE).with_min_len(8).for_each(|d| d.iter_mut().for_each(|d| *d += smooth));
         Self { rows, energy, diagonal }
     }
 
@@ -58,13 +60,18 @@ impl<'a, const D: usize> BandOperator<'a, D> {
         self.energy.with_scratch(|field, sums| {
             rayon::scope(|_| {
                 field.scatter(x);
-                sums.fill(0.0);
+                clear(sums);
                 for rows in &self.rows {
                     rows.collocation.add_applied(&rows.alpha, &rows.beta, field, sums);
                 }
                 self.energy.apply(field, Some(sums), y);
             });
         });
+    }
+
+    /// Calls `work` with three vectors of as many entries as there are active functions, of arbitrary values.
+    pub(crate) fn with_vectors<R>(&self, work: impl FnOnce(&mut [Vec<f64>; 3]) -> R) -> R {
+        self.energy.with_vectors(work)
     }
 
     /// The diagonal of `A`.

@@ -53,11 +53,18 @@ pub struct BandStep {
 #[track_caller]
 pub fn solve_truncated<const D: usize>(operator: &BandOperator<'_, D>, b: &[f64], truncation: &Truncation) -> BandStep {
     assert_eq!(b.len(), operator.size(), "one entry per active function");
+    operator.with_vectors(|vectors| solve_with(operator, b, truncation, vectors))
+}
+
+fn solve_with<const D: usize>(
+    operator: &BandOperator<'_, D>,
+    b: &[f64],
+    truncation: &Truncation,
+    [residual, direction, applied]: &mut [Vec<f64>; 3],
+) -> BandStep {
     let diagonal = operator.diagonal();
-    let zeros = || vec![0.0; b.len()];
-    let (mut x, mut residual, mut direction, mut applied) = (zeros(), b.to_vec(), zeros(), zeros());
-    let mut square = advance(0.0, &direction, &applied, &mut x, &mut residual, diagonal);
-    turn(0.0, &residual, diagonal, &mut direction);
+    let mut x = vec![0.0; b.len()];
+    let mut square = begin(b, diagonal, residual, direction);
     let first = square;
     let mut norm = StepNorm::new(square);
     let (mut steps, mut end) = (0, StepEnd::Truncated);
@@ -66,21 +73,21 @@ pub fn solve_truncated<const D: usize>(operator: &BandOperator<'_, D>, b: &[f64]
             end = StepEnd::Flat;
             break;
         }
-        operator.apply(&direction, &mut applied);
+        operator.apply(direction, applied);
         steps += 1;
-        let alpha = square / inner_product(&direction, &applied);
+        let alpha = square / inner_product(direction, applied);
         if !(alpha.is_finite() && alpha > 0.0) {
             end = StepEnd::Flat;
             break;
         }
         if norm.reaches(alpha, truncation.radius) {
             let tau = norm.cut(truncation.radius);
-            add_scaled(&mut x, tau, &direction);
-            add_scaled(&mut residual, -tau, &applied);
+            add_scaled(&mut x, tau, direction);
+            add_scaled(residual, -tau, applied);
             end = StepEnd::Boundary;
             break;
         }
-        let next = advance(alpha, &direction, &applied, &mut x, &mut residual, diagonal);
+        let next = advance(alpha, direction, applied, &mut x, residual, diagonal);
         norm.advance(alpha);
         if next.sqrt() <= truncation.tolerance * first.sqrt() {
             end = StepEnd::Converged;
@@ -89,11 +96,28 @@ pub fn solve_truncated<const D: usize>(operator: &BandOperator<'_, D>, b: &[f64]
         let beta = next / square;
         square = next;
         norm.turn(beta, square);
-        turn(beta, &residual, diagonal, &mut direction);
+        turn(beta, residual, diagonal, direction);
     }
     // With r = b − Ax the decrease bᵀx − ½ xᵀAx is ½ xᵀ(b + r).
-    let predicted_decrease = 0.5 * (inner_product(&x, b) + inner_product(&x, &residual));
+    let predicted_decrease = 0.5 * (inner_product(&x, b) + inner_product(&x, residual));
     BandStep { x, norm: norm.length(), predicted_decrease, steps, end }
+}
+
+/// `r ← b` and `p ← D⁻¹ b`; gives `bᵀD⁻¹b`.
+fn begin(b: &[f64], diagonal: &[f64], r: &mut [f64], p: &mut [f64]) -> f64 {
+    let vectors = r.par_chunks_mut(PIECE).zip(p.par_chunks_mut(PIECE));
+    let others = b.par_chunks(PIECE).zip(diagonal.par_chunks(PIECE));
+    let sums = vectors.zip(others).with_min_len(8).map(|((r, p), (b, diagonal))| {
+        r.copy_from_slice(b);
+        let mut sum = 0.0;
+        for k in 0..b.len() {
+            p[k] = b[k] / diagonal[k];
+            sum += b[k] * b[k] / diagonal[k];
+        }
+        sum
+    });
+    let sums: Vec<f64> = sums.collect();
+    sums.iter().sum()
 }
 
 /// `x ← x + α p` and `r ← r − α Ap`; gives `rᵀD⁻¹r`.

@@ -1,16 +1,14 @@
 //! How the blocks of a band level are shared among tasks.
 
 use rayon::prelude::*;
-use std::ops::Range;
 use zeroset_bspline::IndexSet;
 
 /// Blocks per task. Fixed, so that nothing depends on the number of threads.
 const BLOCKS: usize = 32;
 
-/// Consecutive blocks, with the number of their members.
+/// The blocks of a level, as tasks see them.
 #[derive(Debug)]
 pub(crate) struct BandTasks {
-    tasks: Vec<(Range<usize>, usize)>,
     /// The slots of the blocks around every block.
     around: Vec<u32>,
     /// Blocks around each.
@@ -20,17 +18,12 @@ pub(crate) struct BandTasks {
 impl BandTasks {
     pub(crate) fn new<const D: usize>(set: &IndexSet<D>) -> Self {
         let count = set.block_count();
-        let tasks = (0..count.div_ceil(BLOCKS)).map(|task| {
-            let slots = task * BLOCKS..((task + 1) * BLOCKS).min(count);
-            let members = slots.clone().map(|slot| set.block_ranks(slot).len()).sum();
-            (slots, members)
-        });
         let around_each = 3usize.pow(D as u32);
         let mut around = vec![0; count * around_each];
         around.par_chunks_mut(around_each).enumerate().with_min_len(BLOCKS).for_each(|(slot, slots)| {
             set.slots_around(set.block_start(slot).map(i64::from), 1, slots);
         });
-        Self { tasks: tasks.collect(), around, count: around_each }
+        Self { around, count: around_each }
     }
 
     /// See [`IndexSet::slots_around`].
@@ -46,14 +39,7 @@ impl BandTasks {
         buffer: impl Fn() -> B + Sync + Send,
         work: impl Fn(&mut B, usize, &mut [f64]) + Sync,
     ) {
-        let mut rest = out;
-        let mut parts = Vec::with_capacity(self.tasks.len());
-        for (slots, members) in &self.tasks {
-            let (part, after) = rest.split_at_mut(*members);
-            parts.push((slots.clone(), part));
-            rest = after;
-        }
-        parts.into_par_iter().for_each_init(buffer, |buffer, (slots, part)| {
+        set.shared_out(out, BLOCKS).into_par_iter().for_each_init(buffer, |buffer, (slots, part)| {
             let mut rest = part;
             for slot in slots {
                 let (entries, after) = rest.split_at_mut(set.block_ranks(slot).len());

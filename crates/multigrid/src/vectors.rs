@@ -50,6 +50,15 @@ pub(crate) fn scale_and_add(y: &mut [f64], a: f64, x: &[f64]) {
     update(y, x, |y, x| x + a * y);
 }
 
+/// `y ← 0`.
+pub(crate) fn clear(y: &mut [f64]) {
+    if y.len() < FEW {
+        y.fill(0.0);
+    } else {
+        y.par_chunks_mut(PIECE).with_min_len(8).for_each(|y| y.fill(0.0));
+    }
+}
+
 #[inline(always)]
 fn update(y: &mut [f64], x: &[f64], new: impl Fn(f64, f64) -> f64 + Sync) {
     let few = |(y, x): (&mut [f64], &[f64])| y.iter_mut().zip(x).for_each(|(y, x)| *y = new(*y, *x));

@@ -247,6 +247,8 @@ fn solves_to_the_same_coefficients_as_elimination() {
     let step = solve(&free);
     assert_eq!(step.end, StepEnd::Converged);
     assert_near(&step.x, &exact, 1e-8);
+    // Vectors are used again; nothing of what they held is left.
+    assert_eq!(solve(&free), step);
     // The minimum of ½ xᵀAx − bᵀx is −½ bᵀx.
     let decrease: f64 = 0.5 * exact.iter().zip(&right).map(|(x, b)| x * b).sum::<f64>();
     assert!((step.predicted_decrease - decrease).abs() < 1e-8 * decrease);
