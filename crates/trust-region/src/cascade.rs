@@ -202,7 +202,7 @@ impl<'a, const D: usize> Cascade<'a, D> {
         let initial = objective.errors(&current, &total, &self.judge);
         let (mut best, mut best_step, mut best_errors) = (current.corrections.clone(), None, initial);
         let mut steps: Vec<LevelStep> = Vec::with_capacity(lengths.len());
-        let (mut spread, mut idle) = (objective.spread(&current), 0);
+        let (mut spread, mut idle) = (self.options.noise.map_or(0.0, |_| objective.spread(&current)), 0);
         for (index, mut length) in lengths.into_iter().enumerate() {
             let before = self.options.noise.map(|noise| (noise, current.clone()));
             let mut step;

@@ -137,22 +137,20 @@ impl<const D: usize> Part<D> {
     }
 
     /// `√aᵢ min(0, ∂f/∂nᵢ − ½)` of the points with normals, or `√aᵢ (∂f/∂nᵢ − 1)`.
-    fn slopes(&self, gradients: &[[f64; D]], wanted: Slope) -> Vec<f64> {
-        let rows = self.normals.par_iter().zip(gradients).zip(&self.roots).with_min_len(CHUNK);
+    fn slopes(&self, found: &[(f64, [f64; D])], wanted: Slope) -> Vec<f64> {
+        let rows = self.normals.par_iter().zip(found).zip(&self.roots).with_min_len(CHUNK);
         let is_known = |normal: &[f64; D]| normal.iter().any(|n| *n != 0.0);
-        rows.map(|((n, g), a)| if is_known(n) { a * wanted.miss(dot(g, n)) } else { 0.0 }).collect()
+        rows.map(|((n, (_, g)), a)| if is_known(n) { a * wanted.miss(dot(g, n)) } else { 0.0 }).collect()
     }
 
     fn at(&self, total: &BlockField<D>, floor: f64, wanted: Slope) -> Sampson<D> {
         let found = self.collocation.values_and_gradients(total);
-        let chunks = || found.par_iter().with_min_len(CHUNK);
-        let gradients: Vec<[f64; D]> = chunks().map(|(_, gradient)| *gradient).collect();
-        let norms: Vec<f64> = chunks().map(|(_, g)| dot(g, g).sqrt()).collect();
-        let residual = |(((value, _), norm), root): ((&(f64, _), &f64), &f64)| root * value / norm.max(floor);
-        let residuals: Vec<f64> = chunks().zip(&norms).zip(&self.roots).map(residual).collect();
-        let error = inner_product(&residuals, &residuals);
-        let slopes = self.slopes(&gradients, wanted);
-        Sampson { residuals, gradients, norms, error, slope_error: inner_product(&slopes, &slopes), slopes }
+        let slopes = self.slopes(&found, wanted);
+        let slope_error = inner_product(&slopes, &slopes);
+        let mut sampson = Sampson { found, floor, error: 0.0, slopes, slope_error };
+        let residuals = sampson.residuals(&self.roots);
+        sampson.error = inner_product(&residuals, &residuals);
+        sampson
     }
 
     fn rms(&self, error: f64) -> f64 {
@@ -161,8 +159,8 @@ impl<const D: usize> Part<D> {
 
     /// The standard deviation of the Sampson distances if they are normal, by their median: outliers do not count.
     fn spread(&self, sampson: &Sampson<D>) -> f64 {
-        let mut distances: Vec<f64> =
-            (sampson.residuals.par_iter().zip(&self.roots)).with_min_len(CHUNK).map(|(r, a)| (r / a).abs()).collect();
+        let distance = |(value, gradient): &(f64, [f64; D])| (value / sampson.divisor(gradient)).abs();
+        let mut distances: Vec<f64> = sampson.found.par_iter().with_min_len(CHUNK).map(distance).collect();
         let middle = distances.len() / 2;
         if distances.is_empty() {
             0.0
@@ -178,15 +176,28 @@ const NORMAL_MEDIAN: f64 = 0.674_49;
 /// Sampson distances at one function.
 #[derive(Debug, Clone)]
 struct Sampson<const D: usize> {
-    /// `√aᵢ rᵢ`.
-    residuals: Vec<f64>,
-    gradients: Vec<[f64; D]>,
-    norms: Vec<f64>,
+    /// `f(Pᵢ)` and `∇f(Pᵢ)`.
+    found: Vec<(f64, [f64; D])>,
+    /// Gradients count as no shorter.
+    floor: f64,
     /// `Σ aᵢ rᵢ²`.
     error: f64,
     /// By how much slopes along the normals differ from what is wanted, and the sum of their squares.
     slopes: Vec<f64>,
     slope_error: f64,
+}
+
+impl<const D: usize> Sampson<D> {
+    /// By which a value is divided.
+    fn divisor(&self, gradient: &[f64; D]) -> f64 {
+        dot(gradient, gradient).sqrt().max(self.floor)
+    }
+
+    /// `√aᵢ rᵢ`, from the roots.
+    fn residuals(&self, roots: &[f64]) -> Vec<f64> {
+        let residual = |((value, gradient), root): (&(f64, [f64; D]), &f64)| root * value / self.divisor(gradient);
+        self.found.par_iter().zip(roots).with_min_len(CHUNK).map(residual).collect()
+    }
 }
 
 /// `R(δ) = Σ aᵢ f(Pᵢ)²/‖∇f(Pᵢ)‖² + m² Σ aᵢ min(0, ∂f/∂nᵢ − ½)² + Σ l² + w E(f)` with `f = f_coarse + δ`, where m is the normal
@@ -278,9 +289,9 @@ impl<'a, const D: usize> LevelObjective<'a, D> {
         self.fitted.roots.len() + self.judged.indices().len()
     }
 
-    /// A place for the coefficients of a function.
+    /// A place for the coefficients of a function. (Zeros: memory that only [`LevelObjective::at`] touches, in parallel.)
     pub(crate) fn coefficients(&self) -> BlockField<D> {
-        self.coarse.clone()
+        BlockField::zeros(Arc::clone(self.coarse.set()))
     }
 
     /// Evaluates corrections; the function's coefficients are left in `total`.
@@ -322,18 +333,23 @@ impl<'a, const D: usize> LevelObjective<'a, D> {
 
     /// The Gauss–Newton model at a state: operator `JᵀJ + wH` and right side `−(Jᵀr + w H f)`, half the derivatives of R.
     pub(crate) fn model(&self, state: &LevelState<D>, weight: f64) -> (BandOperator<'_, D>, Vec<f64>) {
-        let Sampson { residuals, gradients, norms, slopes, .. } = &state.sampson;
-        let count = residuals.len();
-        let chunks = || (0..count).into_par_iter().with_min_len(CHUNK);
-        let alpha: Vec<f64> = chunks().map(|i| self.fitted.roots[i] / norms[i].max(self.floor)).collect();
-        // Where the floor holds, the divisor is a constant.
-        let slope = |i: usize| if norms[i] < self.floor { 0.0 } else { -residuals[i] / norms[i].powi(2) };
-        let beta: Vec<[f64; D]> = chunks().map(|i| gradients[i].map(|g| slope(i) * g)).collect();
+        let (sampson, roots) = (&state.sampson, &self.fitted.roots);
+        let (residuals, slopes) = (sampson.residuals(roots), &sampson.slopes);
+        let found = || sampson.found.par_iter().with_min_len(CHUNK);
+        let alpha: Vec<f64> =
+            found().zip(roots).map(|((_, gradient), root)| root / sampson.divisor(gradient)).collect();
+        let beta = |((_, gradient), residual): (&(f64, [f64; D]), &f64)| {
+            let square = dot(gradient, gradient);
+            // Where the floor holds, the divisor is a constant.
+            let factor = if square.sqrt() < self.floor { 0.0 } else { -residual / square };
+            gradient.map(|g| factor * g)
+        };
+        let beta: Vec<[f64; D]> = found().zip(&residuals).map(beta).collect();
         let missed: Vec<usize> = (0..slopes.len()).filter(|i| slopes[*i] != 0.0).collect();
         let along = |i: usize| self.fitted.normals[i].map(|n| self.normal_length * self.fitted.roots[i] * n);
         let missed_slopes: Vec<f64> = missed.iter().map(|i| self.normal_length * slopes[*i]).collect();
         let mut rows = vec![BandRows { collocation: Cow::Borrowed(&self.fitted.collocation), alpha, beta }];
-        let mut right_sides: Vec<&[f64]> = vec![residuals];
+        let mut right_sides: Vec<&[f64]> = vec![&residuals];
         if !missed.is_empty() {
             let collocation = Cow::Owned(self.fitted.collocation.subset(|i| slopes[i] != 0.0));
             let (alpha, beta) = (vec![0.0; missed.len()], missed.iter().map(|i| along(*i)).collect());
