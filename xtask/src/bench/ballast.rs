@@ -12,7 +12,7 @@ const PIECE: usize = 64 << 20;
 /// So many bytes are given back before they are needed.
 const AHEAD: usize = 512 << 20;
 /// At most one part in so many of what a run may take is kept in use: finding little free, it would make do with less.
-const PARTS: u64 = 3;
+const PARTS: u64 = 2;
 
 /// Memory in use, to be given back piece by piece.
 pub struct Ballast {

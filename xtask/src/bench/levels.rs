@@ -15,6 +15,9 @@ const SEED: u64 = 2;
 const LENGTH: f64 = 0.33;
 /// Cells along the longest side of the coarsest level.
 const COARSEST: u32 = 64;
+/// Runs that are short are done more often, twice as often for every level that they lack but no more than for so many, as other
+/// work on the machine changes their medians most.
+const MORE_OFTEN: u32 = 3;
 
 /// The finest level of runs down to 64 cells and twice as many each time, on clouds with half a cell between samples
 /// each time; `points` are those of the last. A fixed smoothing length holds out no points, so that no level is left out for
@@ -23,7 +26,8 @@ pub fn rows(program: &Program, points: usize, finest: u32) -> Result<Vec<Level>>
     let mut rows = Vec::new();
     for cells in std::iter::successors(Some(COARSEST), |c| Some(2 * c)).take_while(|c| *c <= finest) {
         let halvings = (finest / cells).ilog2();
-        rows.extend(finest_level(program, points >> (2 * halvings), cells)?);
+        let repeat = program.repeat * (1 << halvings.min(MORE_OFTEN));
+        rows.extend(finest_level(&Program { repeat, ..program.clone() }, points >> (2 * halvings), cells)?);
     }
     Ok(rows)
 }
