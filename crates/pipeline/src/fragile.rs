@@ -52,14 +52,14 @@ pub fn is_doubtful<const D: usize>(f: &HierarchicalSpline<D>, noise: f64, spacin
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use crate::domain::Domain;
     use crate::domain::tests::spline;
 
     /// The product of the distances from two places, less b² (an oval of Cassini): one curve if b is above half of the distance
     /// between them, otherwise two, with a critical point in the midst.
-    fn oval(b: f64) -> HierarchicalSpline<2> {
+    pub(crate) fn oval(b: f64) -> HierarchicalSpline<2> {
         let domain = Domain::<2>::around(&[1.0, 1.0], 32);
         let f = |[x, y]: [f64; 2]| ((x - 0.25).hypot(y) * (x + 0.25).hypot(y) - b * b) / 0.5;
         HierarchicalSpline::new(spline(&domain, 1, f)).unwrap()

@@ -28,7 +28,7 @@ const FLAT: f64 = 0.3;
 const MANY_FLAT: f64 = 0.05;
 
 /// What winding numbers say of the final function f at points that have a standard deviation of `noise`, and how it fits the points
-/// `fitted` with their `own` spacing.
+/// `fitted` with their `own` spacing, by which it is judged what hangs on little too: the others may be a few of these.
 pub fn judge<const D: usize>(
     f: &HierarchicalSpline<D>,
     (fitted, own): (&[[f64; D]], &Spacing),
@@ -47,7 +47,7 @@ pub fn judge<const D: usize>(
         unsure,
         misfit: misfit(&at, own),
         flat: flat(&at),
-        fragile: fragile(f, noise, spacing.typical, frame),
+        fragile: fragile(f, noise, own.typical, frame),
         regions: regions(points, &winding, frame),
     })
 }
@@ -159,7 +159,26 @@ fn coordinate(x: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::domain::Domain;
+    use crate::fragile::tests::oval;
     use zeroset_bspline::Spline;
+
+    #[test]
+    fn what_hangs_on_little_is_judged_by_the_points_that_were_fitted() {
+        let around = |count: u32| -> Vec<[f64; 2]> {
+            let angle = |i| std::f64::consts::TAU * f64::from(i) / f64::from(count);
+            (0..count).map(|i| [0.4 * angle(i).cos(), 0.2 * angle(i).sin()]).collect()
+        };
+        let (few, many) = (around(20), around(400));
+        let frame = Frame { origin: [0.0; 2], scale: 1.0, sides: [1.0; 2] };
+        let knots = Domain::<2>::around(&[1.0, 1.0], 32).knots(3, 0).unwrap();
+        // Half a thousandth inside in the midst: a hundredth of the spacing of the few, a tenth of that of the many.
+        let fragile_by = |fitted: &[[f64; 2]]| {
+            let (own, spacing) = (Spacing::of(fitted), Spacing::of(&few));
+            judge(&oval(0.2505), (fitted, &own), (&few, &spacing), 0.0, &knots, &frame).unwrap().fragile.len()
+        };
+        assert_eq!([fragile_by(&few), fragile_by(&many)], [1, 0]);
+    }
 
     #[test]
     fn a_few_points_far_off_are_counted_and_noise_is_not() {
