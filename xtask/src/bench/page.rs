@@ -105,7 +105,7 @@ pub fn sizes(rows: &[Row], meshlab: Option<&MeshLab>, plot: &str) -> String {
 pub fn levels(levels: &[Level], points: usize, plot: &str) -> String {
     let mut text = format!(
         "## Levels\n\nThe finest level of runs on the torus with half a cell between points ({points} of them for the last), \
-         refined to the same smoothing length in cells. Wanted growth: {GROWTH} ± {TOLERANCE}.\n\n| cells | active functions | growth | products with the operator | seconds | growth |\n|---|---|---|---|---|---|\n"
+         refined to the same smoothing length in cells; short runs are done up to eight times as often. Wanted growth: {GROWTH} ± {TOLERANCE}.\n\n| cells | active functions | growth | products with the operator | seconds | growth |\n|---|---|---|---|---|---|\n"
     );
     let growth = |now: f64, before: Option<f64>| {
         before.map_or_else(
