@@ -52,6 +52,11 @@ impl Axis {
     }
 }
 
+/// What stands beside a tick, in the room that is left of a panel.
+fn label(tick: f64) -> String {
+    if tick < 1e5 { tick.to_string() } else { format!("{tick:e}") }
+}
+
 /// Plots side by side.
 pub fn panels(panels: &[Panel]) -> String {
     let width = WIDTH * panels.len() as f64;
@@ -79,12 +84,19 @@ fn draw(svg: &mut String, panel: &Panel) {
     for tick in up.ticks() {
         let at = y(tick);
         let _ = writeln!(svg, "<line x1=\"{LEFT}\" x2=\"{right}\" y1=\"{at:.1}\" y2=\"{at:.1}\" stroke=\"#ddd\"/>");
-        let _ = writeln!(svg, "<text x=\"{}\" y=\"{:.1}\" text-anchor=\"end\">{tick}</text>", LEFT - 5.0, at + 4.0);
+        let _ = writeln!(
+            svg,
+            "<text x=\"{}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>",
+            LEFT - 5.0,
+            at + 4.0,
+            label(tick)
+        );
     }
     for tick in across.ticks() {
         let at = x(tick);
         let _ = writeln!(svg, "<line x1=\"{at:.1}\" x2=\"{at:.1}\" y1=\"{TOP}\" y2=\"{bottom}\" stroke=\"#eee\"/>");
-        let _ = writeln!(svg, "<text x=\"{at:.1}\" y=\"{}\" text-anchor=\"middle\">{tick}</text>", bottom + 15.0);
+        let _ =
+            writeln!(svg, "<text x=\"{at:.1}\" y=\"{}\" text-anchor=\"middle\">{}</text>", bottom + 15.0, label(tick));
     }
     let (middle, foot) = (0.5 * (LEFT + right), HEIGHT - 8.0);
     let _ = writeln!(svg, "<text x=\"{middle}\" y=\"{foot}\" text-anchor=\"middle\">{}</text>", panel.horizontal);
@@ -120,6 +132,7 @@ mod tests {
         assert_eq!(axis.ticks().map(f64::round).collect::<Vec<_>>(), [1.0, 10.0, 100.0, 1000.0, 10_000.0]);
         // Logarithms of powers, up to rounding.
         assert!((axis.share(100.0) - 0.5).abs() < 1e-12);
+        assert_eq!([0.01, 1024.0, 1e8].map(label), ["0.01", "1024", "1e8"]);
         let axis = Axis::around([64.0, 512.0].into_iter());
         assert_eq!(axis.ticks().map(f64::round).collect::<Vec<_>>(), [64.0, 128.0, 256.0, 512.0]);
         assert_eq!(Axis::around(std::iter::empty()).ticks().count(), 2);
