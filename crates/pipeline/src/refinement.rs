@@ -59,7 +59,10 @@ const FEW: usize = 3000;
 const ROUNDS: usize = 3;
 /// at this share of the initial shape's values there,
 const HELD: f64 = 0.6;
-/// unless that is at more places than this share of the points: then these are too sparse for their shape everywhere, and holding f
+/// where f has not got this share of them across zero. Between walls that it joins, and in walls that it pierces, f hardly leaves
+/// zero; where it does, the points have parted or filled what was joined or pierced in the initial shape;
+const CLEARLY: f64 = 0.25;
+/// and unless that is at more places than this share of the points: then these are too sparse for their shape everywhere, and holding f
 /// there would cost more accuracy and time than it brings;
 const MOST_HELD: f64 = 0.01;
 /// but noise alone changes the topology at many places, of which the initial shape knows better: there it may be this share,
@@ -233,8 +236,8 @@ impl<const D: usize> Refinement<'_, D> {
         (0..found.len()).filter(|i| found[*i] && !known[*i]).collect()
     }
 
-    /// Where the refined function has another topology than the initial shape, with the latter's values. What joins and parts there
-    /// does so between the points, of which f̂ knows the sides, while the refined function only has to vanish at them.
+    /// Where the refined function has another topology than the initial shape by mistake, with the latter's values. What joins and
+    /// parts there does so between the points, of which f̂ knows the sides, while the refined function only has to vanish at them.
     fn changes(&self, initial: &Spline<D>, refined: &HierarchicalSpline<D>) -> Vec<([f64; D], f64)> {
         // What is looked at is to stay in proportion to the points, however uneven they are: the surface has the area of as many
         // squares of the spacing's root mean square.
@@ -242,7 +245,9 @@ impl<const D: usize> Refinement<'_, D> {
         let spacing = (squares / self.points.len() as f64).sqrt();
         let cell = self.domain.spacing(self.halvings);
         let near = |index: [usize; D]| self.distance[&index[..]] < CHANGES * spacing.max(cell);
-        topology_changes(initial, refined, self.domain, self.halvings, near, spacing)
+        let found = topology_changes(initial, refined, self.domain, self.halvings, near, spacing);
+        let mistaken = found.into_iter().filter(|change| change.clearness() < CLEARLY);
+        mistaken.flat_map(|change| change.places.into_iter().zip(change.before)).collect()
     }
 
     /// Level by level. For cubics.

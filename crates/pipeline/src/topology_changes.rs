@@ -24,8 +24,25 @@ const MOST_HALVINGS: u32 = 6;
 /// Most cells, of about a hundred bytes each: where there are more points, only larger changes are found.
 const MOST_CELLS: usize = 2_000_000;
 
-/// Places where `after` has another topology than `before`, with the latter's values; both are about the distance near their
-/// zero sets.
+/// Where `after` has another topology than `before`: the places of one change touch each other.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TopologyChange<const D: usize> {
+    /// Centres of small cells in which the functions have to differ in sign.
+    pub places: Vec<[f64; D]>,
+    /// The values there.
+    pub before: Vec<f64>,
+    pub after: Vec<f64>,
+}
+
+impl<const D: usize> TopologyChange<D> {
+    /// How far `after` gets across zero, in the values that `before` had.
+    pub fn clearness(&self) -> f64 {
+        let greatest = |values: &[f64]| values.iter().fold(0.0f64, |greatest, value| greatest.max(value.abs()));
+        greatest(&self.after) / greatest(&self.before)
+    }
+}
+
+/// Where `after` has another topology than `before`; both are about the distance near their zero sets.
 ///
 /// Looked at are those of the lattice's cells after `halvings` that are `near`, given by their lowest corner, and those that are
 /// connected with what has moved there; `spacing` is that of the points. All in frame units.
@@ -36,7 +53,7 @@ pub fn topology_changes<const D: usize>(
     halvings: u32,
     near: impl Fn([usize; D]) -> bool,
     spacing: f64,
-) -> Vec<([f64; D], f64)> {
+) -> Vec<TopologyChange<D>> {
     let shape = domain.cells(halvings);
     let all = 0..shape.iter().product();
     let mut cells = Cells { halvings, keys: all.filter(|key| near(multi_index(*key, &shape))).collect() };
@@ -47,11 +64,49 @@ pub fn topology_changes<const D: usize>(
     // The sides of the moves are cut off where the slopes are steep; what is left then is looked at with all of its surroundings.
     let mut changed = cells.sides(before, after, domain, FLAT).moved();
     if !changed.is_empty() {
-        cells.keys = changed.iter().map(|(key, _)| *key).collect();
+        cells.keys = changed.iter().map(|moving| moving.key).collect();
         changed = cells.sides(before, after, domain, f64::INFINITY).moved();
     }
-    let places = changed.iter().map(|(key, _)| cells.centre(*key, domain));
-    places.zip(changed.iter().map(|(_, value)| *value)).collect()
+    let change = |group: Vec<Moving>| TopologyChange {
+        places: group.iter().map(|moving| cells.centre(moving.key, domain)).collect(),
+        before: group.iter().map(|moving| moving.before).collect(),
+        after: group.iter().map(|moving| moving.after).collect(),
+    };
+    touching(changed, &domain.cells(cells.halvings)).into_iter().map(change).collect()
+}
+
+/// A cell that is to move to the other side, with both functions there.
+#[derive(Debug, Clone, Copy)]
+struct Moving {
+    key: usize,
+    before: f64,
+    after: f64,
+}
+
+/// Groups of cells that are connected through faces, edges and corners, by their first cells; their cells in order.
+fn touching<const D: usize>(mut cells: Vec<Moving>, shape: &[usize; D]) -> Vec<Vec<Moving>> {
+    cells.sort_unstable_by_key(|moving| moving.key);
+    let mut is_new = vec![true; cells.len()];
+    let mut groups = Vec::new();
+    for first in 0..cells.len() {
+        if !std::mem::take(&mut is_new[first]) {
+            continue;
+        }
+        let (mut group, mut done) = (vec![first], 0);
+        while done < group.len() {
+            for key in around(cells[group[done]].key, shape) {
+                if let Ok(found) = cells.binary_search_by_key(&key, |moving| moving.key)
+                    && std::mem::take(&mut is_new[found])
+                {
+                    group.push(found);
+                }
+            }
+            done += 1;
+        }
+        group.sort_unstable();
+        groups.push(group.into_iter().map(|i| cells[i]).collect());
+    }
+    groups
 }
 
 /// Some of the cells of a lattice.
@@ -140,7 +195,7 @@ impl Cells {
                 let (a, b) = (first.values[i], second.values[i]);
                 let moves = (a < 0.0) != (b < 0.0);
                 if moves {
-                    sides.moving.push((*key, a, b));
+                    sides.moving.push(Moving { key: *key, before: a, after: b });
                     if flattest(&first.gradients[i], &second.gradients[i]) <= steepest {
                         flat.push(*key);
                     }
@@ -152,11 +207,21 @@ impl Cells {
             }
             cells.keys = sides.unknown_around(&flat);
         }
-        cells.keys = sides.unknown_around(&sides.moving.iter().map(|(key, _, _)| *key).collect::<Vec<_>>());
+        cells.keys = sides.unknown_around(&sides.moving.iter().map(|moving| moving.key).collect::<Vec<_>>());
         let values = before.evaluate(&cells.centres(domain), Derivatives::Value).values;
         cells.keys.iter().zip(&values).for_each(|(key, value)| sides.cells.insert(*key, *value < 0.0));
         sides
     }
+}
+
+/// The keys of the cells that share a face, an edge or a corner with one.
+fn around<const D: usize>(key: usize, shape: &[usize; D]) -> impl Iterator<Item = usize> + use<D> {
+    let (shape, index) = (*shape, multi_index(key, shape));
+    (0..3usize.pow(D as u32)).filter_map(move |offset| {
+        let step = multi_index(offset, &[3; D]);
+        let moved: [usize; D] = std::array::from_fn(|axis| (index[axis] + step[axis]).wrapping_sub(1));
+        (0..D).all(|axis| moved[axis] < shape[axis]).then(|| flat_index(&moved, &shape))
+    })
 }
 
 /// The keys of the cells that share a face with one.
@@ -181,8 +246,8 @@ fn flattest<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {
 /// The cells where two functions differ in sign, on the side where they are now, and those around them.
 struct Sides<const D: usize> {
     cells: CellSides<D>,
-    /// The cells that are to move, with both functions there.
-    moving: Vec<(usize, f64, f64)>,
+    /// The cells that are to move.
+    moving: Vec<Moving>,
 }
 
 impl<const D: usize> Sides<D> {
@@ -195,14 +260,13 @@ impl<const D: usize> Sides<D> {
         unknown
     }
 
-    /// Moves all cells that can be, those first where the second function is surest; gives those that are left with the first one's
-    /// value.
-    fn moved(mut self) -> Vec<(usize, f64)> {
+    /// Moves all cells that can be, those first where the second function is surest; gives those that are left.
+    fn moved(mut self) -> Vec<Moving> {
         let (mut left, neighbours) = (self.moving, Neighbours::new::<D>());
-        left.par_sort_unstable_by(|a, b| b.2.abs().total_cmp(&a.2.abs()).then(a.0.cmp(&b.0)));
+        left.par_sort_unstable_by(|a, b| b.after.abs().total_cmp(&a.after.abs()).then(a.key.cmp(&b.key)));
         loop {
             let count = left.len();
-            left.retain(|(key, _, _)| {
+            left.retain(|Moving { key, .. }| {
                 let inside = self.cells.around(*key).inside;
                 let simple = neighbours.is_simple(inside);
                 if simple {
@@ -211,7 +275,7 @@ impl<const D: usize> Sides<D> {
                 !simple
             });
             if left.len() == count {
-                return left.into_iter().map(|(key, before, _)| (key, before)).collect();
+                return left;
             }
         }
     }
@@ -299,11 +363,12 @@ mod tests {
                 if sign > 0.0 { a.max(b) } else { a.min(b) }
             });
             let found = changes(&after);
-            assert!(!found.is_empty(), "{y} {z} {r}");
+            let [change] = &found[..] else { panic!("{y} {z} {r}: {found:?}") };
             let far = |p: &[f64; 3]| p[0].hypot(p[1] - y).hypot(p[2] - z);
             // The function of the coefficients is about the function itself.
-            assert!(found.iter().all(|(p, _)| far(p) < r + 0.03));
-            assert!(found.iter().all(|(_, v)| (*v < 0.0) == (sign > 0.0)));
+            assert!(change.places.iter().all(|p| far(p) < r + 0.03));
+            assert!(change.before.iter().all(|v| (*v < 0.0) == (sign > 0.0)));
+            assert!(change.after.iter().all(|v| (*v > 0.0) == (sign > 0.0)));
         }
     }
 
@@ -318,5 +383,21 @@ mod tests {
         assert!(!topology_changes(&whole, &parted, &domain, 2, |_| true, 0.05).is_empty());
         assert!(!topology_changes(&parted, &whole, &domain, 2, |_| true, 0.05).is_empty());
         assert_eq!(topology_changes(&whole, &whole, &domain, 2, |_| true, 0.05), []);
+    }
+
+    #[test]
+    fn what_only_just_crosses_is_told_from_what_does_so_clearly() {
+        let domain = Domain::around(&[1.0, 1.0], 12);
+        // A bar between two discs, and a gap there.
+        let discs = |x: [f64; 2]| (x[0].abs() - 0.3).hypot(x[1]) - 0.15;
+        let bar = |neck: f64| spline(&domain, 2, move |x| discs(x).min(x[1].abs().max(x[0].abs() - 0.3) - neck));
+        let clearness = |gap: f64| {
+            let found = topology_changes(&bar(0.06), &bar(-gap), &domain, 2, |_| true, 0.05);
+            let [change] = &found[..] else { panic!("{gap}: {found:?}") };
+            change.clearness()
+        };
+        let (hardly, clearly) = (clearness(0.002), clearness(0.06));
+        // The gap's width over the bar's, both rounded by splines.
+        assert!(hardly < 0.25 && (0.5..2.0).contains(&clearly), "{hardly} {clearly}");
     }
 }

@@ -8,6 +8,7 @@ mod few_points;
 mod fixtures;
 mod holes;
 mod invariance;
+mod knots;
 mod noise;
 mod open_surfaces;
 mod report_page;
