@@ -47,6 +47,9 @@ const CG_STEPS_DEEP: f64 = 30.0;
 /// distances are to be this share of what was estimated, unless that changes the topology.
 const OVERESTIMATED: f64 = 0.4;
 const LEFT: f64 = 0.97;
+/// Held-out points do not end the refinement of clean points with a smoothing length above this, in spacings: where f̂ is far from
+/// them, around tubes of a few spacings, their error rises first.
+const PATIENT_ABOVE: f64 = 0.5;
 /// Held-out points this close, in spacings, leave nothing to see: of a perfectly smooth shape finer levels would go on forever.
 const CLOSE_ENOUGH: f64 = 1e-4;
 /// The first smoothing length, in that of the ladder's choice, and at least so many standard deviations of the noise.
@@ -272,6 +275,7 @@ impl<const D: usize> Refinement<'_, D> {
             third_order: Some(SECOND_ORDER * spacing),
             noise,
             close_enough: CLOSE_ENOUGH * spacing,
+            patient_above: if noise.is_some() { f64::INFINITY } else { PATIENT_ABOVE * spacing },
             cg_steps: cg_steps(CG_STEPS),
             first_cg_steps: cg_steps(if deep { CG_STEPS_DEEP } else { CG_STEPS }),
             merge: !self.is_noisy(),

@@ -229,7 +229,7 @@ impl<'a, const D: usize> Cascade<'a, D> {
                 (self.smoothing_length, self.energy) = (length, step.errors.energy);
             }
             steps.push(step);
-            idle = if better { 0 } else { idle + 1 };
+            idle = if better { 0 } else { idle + usize::from(length <= self.options.patient_above) };
             self.is_close = best_errors.held_out.is_some_and(|error| error < self.options.close_enough);
             let sooner = usize::from(!finer && best_step.is_some());
             let patience = (self.options.patience - sooner).max(1);

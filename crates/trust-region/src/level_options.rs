@@ -33,6 +33,9 @@ pub struct LevelOptions {
     /// A level ends after so many steps in a row that bring nothing; the finest, whose steps cost most, one step earlier if a step
     /// of it has brought something. At least 1.
     pub patience: usize,
+    /// But none that bring nothing are counted while ℓ is above this: where the first function is far from the points, their error
+    /// may rise before it falls. Positive; infinity to count all.
+    pub patient_above: f64,
     /// Most Gauss–Newton steps per level. At least 1.
     pub steps: usize,
     /// Most conjugate-gradient steps for each, of one product with the operator. At least 1.
@@ -73,6 +76,7 @@ impl Default for LevelOptions {
             noise: None,
             close_enough: 0.0,
             patience: 2,
+            patient_above: f64::INFINITY,
             steps: 8,
             cg_steps: 24,
             first_cg_steps: 24,
@@ -172,6 +176,7 @@ impl LevelOptions {
                 "a length of at least zero is needed",
             ),
             ("patience", self.patience as f64, self.patience >= 1, "at least one step is needed"),
+            ("patient_above", self.patient_above, self.patient_above > 0.0, "a positive length is needed"),
             ("steps", self.steps as f64, self.steps >= 1, "at least one step is needed"),
             ("cg_steps", self.cg_steps as f64, self.cg_steps >= 1, "at least one step is needed"),
             ("first_cg_steps", self.first_cg_steps as f64, self.first_cg_steps >= 1, "at least one step is needed"),
