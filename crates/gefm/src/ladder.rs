@@ -13,6 +13,7 @@ use crate::error::GefmError;
 use crate::ladder_options::{KnownNormals, LadderOptions};
 use crate::ladder_report::{Candidate, LadderReport, Start};
 use crate::noise::noise_deviation;
+use crate::patches::Patches;
 use crate::referee::Referee;
 use crate::rung::{Found, Rung};
 
@@ -35,20 +36,23 @@ struct Verdict {
     ratio: f64,
     /// Standard deviation of the noise as this candidate sees it, in spacings.
     noise: f64,
+    /// Points that lie off it together with those around them.
+    off: usize,
 }
 
 impl Verdict {
     /// Of a fit that failed.
     const fn failed(ratio: f64) -> Self {
-        Self { score: f64::INFINITY, beyond_noise: f64::INFINITY, ratio, noise: 0.0 }
+        Self { score: f64::INFINITY, beyond_noise: f64::INFINITY, ratio, noise: 0.0, off: 0 }
     }
 
-    /// Whether a candidate with a longer length is to be preferred.
-    fn yields_to(&self, longer: &Self, doubtful: f64) -> bool {
+    /// Whether a candidate with a longer length is to be preferred, of which no more than `few` points more may lie off it.
+    fn yields_to(&self, longer: &Self, doubtful: f64, few: usize) -> bool {
         let follows_noise = self.noise > CLEAN && self.noise.max(longer.noise) > FOLLOWS * self.ratio;
         let sound = longer.beyond_noise < RANDOM && longer.score < NOISIER * self.score;
         let slack = if self.score < doubtful { SMOOTHER * self.score } else { 0.0 };
-        longer.score < self.score + slack || (follows_noise && sound)
+        let leaves_more = self.score < doubtful && longer.off > self.off + few;
+        (longer.score < self.score + slack && !leaves_more) || (follows_noise && sound)
     }
 }
 
@@ -96,7 +100,10 @@ fn climb_among_threads<const D: usize>(
     }
     let referee = Referee::new(points, areas, options.spacing, options.density, &knots)?;
     let report = LadderReport::default();
-    let mut ladder = Ladder { points, areas, base, options, referee, report, leader: None, rung: None, failure: None };
+    let heard: Vec<usize> = (0..points.len()).filter(|i| areas[*i] > 0.0).collect();
+    let patches = Patches::new(&heard.iter().map(|i| points[*i]).collect::<Vec<_>>(), options.spacing);
+    let (leader, rung, failure) = (None, None, None);
+    let mut ladder = Ladder { points, areas, base, options, heard, patches, referee, report, leader, rung, failure };
     for halvings in options.first..=options.last {
         if !ladder.worth_climbing(halvings) {
             break;
@@ -118,7 +125,7 @@ const BESIDE: f64 = 0.45;
 /// of right answers differs by about as much from lattice to lattice.
 const SLACK: f64 = 0.01;
 /// A longer length is taken if its score is above that of a shorter one by no more than this share of it: under noise both
-/// have the sides right, and the smoother one has fewer handles and bubbles.
+/// have the sides right, and the smoother one has fewer handles and bubbles. But it must not leave a patch of points behind.
 const SMOOTHER: f64 = 0.05;
 /// A length below the noise over this makes sheets that follow the noise, a hollow shell or many, and the better they do the more W agrees
 /// with them: then the longer length is taken as long as it does not score as random sides do, nor so many times higher.
@@ -135,6 +142,9 @@ struct Ladder<'a, const D: usize> {
     areas: &'a [f64],
     base: &'a [KnotVector; D],
     options: &'a LadderOptions<D>,
+    /// The points that weigh anything, and what lies around each of them.
+    heard: Vec<usize>,
+    patches: Patches,
     referee: Referee<'a, D>,
     report: LadderReport,
     leader: Option<Leader<D>>,
@@ -154,14 +164,18 @@ impl<const D: usize> Ladder<'_, D> {
         }
         let (_, low, high) = self.base[0].cells().next().unwrap_or_default();
         let cell = (high - low) / f64::from(1u32 << halvings);
-        let distances = leader.f.evaluate(self.points, Derivatives::Gradient).sampson_distances();
-        let heard = |(distance, area): (&f64, &f64)| (*area > 0.0).then_some(distance.abs());
-        let mut distances: Vec<f64> = distances.iter().zip(self.areas).filter_map(heard).collect();
+        let mut distances: Vec<f64> = self.distances(&leader.f).into_iter().map(f64::abs).collect();
         distances.sort_unstable_by(f64::total_cmp);
         let beside = |(winding, area): (&f64, &f64)| *area > 0.0 && (winding - 0.5).abs() > BESIDE;
         let missed = distances.last().is_some_and(|largest| *largest > MISSED * self.options.detail)
             || leader.winding.iter().zip(self.areas).any(beside);
         missed && distances[distances.len() / 2] < NOISE * cell
+    }
+
+    /// Sampson distances of the points that are heard.
+    fn distances(&self, f: &Spline<D>) -> Vec<f64> {
+        let all = f.evaluate(self.points, Derivatives::Gradient).sampson_distances();
+        self.heard.iter().map(|i| all[*i]).collect()
     }
 
     /// Candidates on the lattice after so many halvings.
@@ -294,16 +308,17 @@ impl<const D: usize> Ladder<'_, D> {
         let (judgement, winding) = self.referee.judge(&f)?;
         let (halvings, unknowns, ratio, score) = (rung.halvings, rung.unknowns(), rung.ratio(), judgement.score);
         let noise = (score >= self.options.content).then(|| noise_deviation(&f, self.points) / self.options.spacing);
-        debug!(halvings, unknowns, ratio, ?start, iterations, score, noise, "candidate");
         let seen = noise.unwrap_or(0.0);
-        let verdict = Verdict { score, beyond_noise: judgement.beyond_noise(seen), ratio, noise: seen };
+        let off = self.patches.off(&self.distances(&f), seen * self.options.spacing).len();
+        debug!(halvings, unknowns, ratio, ?start, iterations, score, noise, off, "candidate");
+        let verdict = Verdict { score, beyond_noise: judgement.beyond_noise(seen), ratio, noise: seen, off };
         let is_better = match &self.leader {
             Some(leader) if ratio != leader.verdict.ratio => self.is_better(&verdict, &leader.verdict),
             Some(leader) => score < leader.verdict.score + if start == self.next() { SLACK } else { 0.0 },
             None => true,
         };
         let index = self.report.candidates.len();
-        self.report.candidates.push(Candidate { halvings, unknowns, ratio, start, iterations, noise, judgement });
+        self.report.candidates.push(Candidate { halvings, unknowns, ratio, start, iterations, noise, off, judgement });
         if is_better {
             self.leader = Some(Leader { f, index, verdict, winding });
         }
@@ -312,10 +327,11 @@ impl<const D: usize> Ladder<'_, D> {
 
     /// Whether a candidate with another length is to be preferred.
     fn is_better(&self, found: &Verdict, known: &Verdict) -> bool {
+        let (doubtful, few) = (self.options.doubtful, self.patches.least());
         if found.ratio > known.ratio {
-            known.yields_to(found, self.options.doubtful)
+            known.yields_to(found, doubtful, few)
         } else {
-            !found.yields_to(known, self.options.doubtful)
+            !found.yields_to(known, doubtful, few)
         }
     }
 }
@@ -351,8 +367,8 @@ mod tests {
 
     #[test]
     fn a_length_that_follows_noise_has_to_be_far_better() {
-        let verdict = |ratio, score, noise| Verdict { score, beyond_noise: score - 0.2 * noise, ratio, noise };
-        let longer_wins = |shorter: Verdict, longer: Verdict| shorter.yields_to(&longer, 0.25);
+        let verdict = |ratio, score, noise| Verdict { score, beyond_noise: score - 0.2 * noise, ratio, noise, off: 5 };
+        let longer_wins = |shorter: Verdict, longer: Verdict| shorter.yields_to(&longer, 0.25, 16);
         // A hollow shell around points with noise of 1.2 spacings, and the surface in the midst of it.
         assert!(longer_wins(verdict(0.8, 0.20, 0.8), verdict(1.6, 0.22, 1.2)));
         // Many sheets on narrow cells, which hide the noise.
@@ -366,6 +382,9 @@ mod tests {
         // Little noise changes nothing.
         assert!(!longer_wins(verdict(0.4, 0.1, 0.2), verdict(0.8, 0.12, 0.2)));
         assert!(longer_wins(verdict(0.4, 0.1, 0.2), verdict(0.8, 0.104, 0.2)));
+        // Unless it leaves a patch of points behind.
+        let off = |off| Verdict { off, ..verdict(0.8, 0.104, 0.2) };
+        assert!(longer_wins(verdict(0.4, 0.1, 0.2), off(21)) && !longer_wins(verdict(0.4, 0.1, 0.2), off(22)));
     }
 
     #[test]

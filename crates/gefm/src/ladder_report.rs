@@ -32,6 +32,8 @@ pub struct Candidate {
     /// Standard deviation of the points' distances from the surface, as far as this fit tells ([`noise_deviation`](crate::noise_deviation)),
     /// in spacings; none where the referee was content, and nothing had to be told from noise.
     pub noise: Option<f64>,
+    /// Points that lie off its zero set together with those around them ([`Patches`](crate::Patches)).
+    pub off: usize,
     /// The verdict.
     pub judgement: Judgement,
 }

@@ -48,6 +48,7 @@ mod noise;
 mod normal_solver;
 mod orientation;
 mod p_continuation;
+mod patches;
 mod referee;
 mod rung;
 mod tridiagonal;
@@ -64,6 +65,7 @@ pub use lanczos::EigenpairSummary;
 pub use noise::noise_deviation;
 pub use normal_solver::NormalSolver;
 pub use p_continuation::{ContinuationOptions, ContinuationReport, ContinuationStage, continue_exponent};
+pub use patches::Patches;
 pub use referee::{Judgement, Referee};
 
 pub use zeroset_multigrid::NormalEquations;

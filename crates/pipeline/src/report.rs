@@ -46,12 +46,24 @@ pub struct TrustReport {
     pub unsure: f64,
     /// Share of the fitted points that lie farther from the zero set than the rest of the data explains.
     pub misfit: f64,
+    /// Points that lie off the zero set together.
+    pub off: OffReport,
     /// Share of the points where the gradient is shorter than 0.3 of its mean: inside and outside are hardly told apart.
     pub flat: f64,
     /// Where the topology of a closed curve or surface hangs on less than the points can tell, the least sure first.
     pub fragile: Vec<FragilePlace>,
     /// The same as `unsure` part by part, the least sure first.
     pub regions: Vec<RegionReport>,
+}
+
+/// Points around which half of the neighbours lie on one side of the zero set, farther than noise explains ([`zeroset_gefm::Patches`]):
+/// a hole, a gap or a limb is smoothed over there.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct OffReport {
+    /// How many there are, of those that winding numbers are asked at.
+    pub points: usize,
+    /// The one farthest from the zero set, in data coordinates.
+    pub farthest: Option<Vec<f64>>,
 }
 
 /// The points that were given.

@@ -1,13 +1,13 @@
 //! Whether the result can be trusted.
 
 use zeroset_bspline::{Derivatives, Evaluation, HierarchicalSpline, KnotVector};
-use zeroset_gefm::Referee;
+use zeroset_gefm::{Patches, Referee};
 
 use crate::confidence::{RegionReport, is_unsure, regions};
 use crate::error::ReconstructError;
 use crate::fragile::{FragilePlace, fragile};
 use crate::frame::Frame;
-use crate::report::TrustReport;
+use crate::report::{OffReport, TrustReport};
 use crate::spacing::Spacing;
 
 /// A [score](zeroset_gefm::Judgement::beyond_noise) above this is no orientation that anybody should rely on: right ones reached 0.25 with points all over the
@@ -46,6 +46,7 @@ pub fn judge<const D: usize>(
         judgement,
         unsure,
         misfit: misfit(&at, own),
+        off: off(f, points, spacing.typical, noise, frame),
         flat: flat(&at),
         fragile: fragile(f, noise, own.typical, frame),
         regions: regions(points, &winding, frame),
@@ -57,6 +58,23 @@ fn flat<const D: usize>(at: &Evaluation<D>) -> f64 {
     let norms: Vec<f64> = at.gradients.iter().map(|g| g.iter().map(|g| g * g).sum::<f64>().sqrt()).collect();
     let mean = norms.iter().sum::<f64>() / norms.len() as f64;
     norms.iter().filter(|norm| **norm < FLAT * mean).count() as f64 / norms.len() as f64
+}
+
+fn off<const D: usize>(
+    f: &HierarchicalSpline<D>,
+    points: &[[f64; D]],
+    spacing: f64,
+    noise: f64,
+    frame: &Frame<D>,
+) -> OffReport {
+    let distances = f.evaluate(points, Derivatives::Gradient).sampson_distances();
+    let patches = Patches::new(points, spacing);
+    let off = patches.off(&distances, noise);
+    if off.len() < patches.least() {
+        return OffReport { points: 0, farthest: None };
+    }
+    let farthest = off.iter().max_by(|a, b| distances[**a].abs().total_cmp(&distances[**b].abs()));
+    OffReport { points: off.len(), farthest: farthest.map(|index| frame.to_data(&points[*index]).to_vec()) }
 }
 
 fn misfit<const D: usize>(at: &Evaluation<D>, spacing: &Spacing) -> f64 {
@@ -101,6 +119,14 @@ pub fn verdict<const D: usize>(trust: &TrustReport, open: bool) -> (Option<Strin
             100.0 * trust.misfit
         )
     });
+    let off = trust.off.farthest.as_ref().map(|farthest| {
+        format!(
+            "{} points around {} lie on one side of the result together, farther off than noise explains: a hole, a gap or a thin \
+             part there may have been smoothed over; try a denser or cleaner scan there",
+            trust.off.points,
+            place(farthest)
+        )
+    });
     let flat = (trust.flat > MANY_FLAT).then(|| {
         format!(
             "at {:.1} % of the points inside and outside are hardly told apart: walls or gaps there are too thin for the \
@@ -109,7 +135,7 @@ pub fn verdict<const D: usize>(trust: &TrustReport, open: bool) -> (Option<Strin
         )
     });
     let hangs = trust.fragile.first().filter(|_| !open).map(|least| hangs_on(least, trust.fragile.len()));
-    let warning = misfit.or(flat).or(hangs);
+    let warning = misfit.or(off).or(flat).or(hangs);
     (warning, None)
 }
 

@@ -234,6 +234,11 @@ pub(crate) fn trust(report: &Report) -> String {
                 "share of the points much farther from the result than the others are",
             ),
             (
+                "off it together",
+                count(trust.off.points),
+                "points whose neighbours lie on the same side of the result, farther than noise explains: something is smoothed over",
+            ),
+            (
                 "inside and outside hardly differ",
                 percent(trust.flat),
                 "share of the points where walls or gaps are too thin for the sampling",

@@ -50,3 +50,19 @@ fn bunny() {
 fn thin_torus() {
     comes_out_right(&torus(0.2, 8000, &mut Random(7)), 1, 0.17);
 }
+
+/// A torus whose hole is four to five spacings wide, with noise of 0.3 spacings: winding numbers are content with a shape that closes it, for
+/// the points around it are few.
+#[test]
+fn narrow_holes_stay_open() {
+    for seed in 0..2 {
+        let mut random = Random(seed);
+        let mut points = torus(0.8, 4000, &mut random);
+        let noise = 0.3 * (4.0 * std::f64::consts::PI.powi(2) * 0.8 / 4000.0).sqrt();
+        points.iter_mut().flatten().for_each(|x| *x += noise * random.gaussian());
+        let mut result = reconstruct(&points, &Options::default()).unwrap();
+        let (_, topology) = extract_surface(&mut result).unwrap();
+        assert_eq!((topology.components, topology.genus), (1, 1), "{:?}", result.report.warnings);
+        assert_eq!(result.report.trust.off.points, 0);
+    }
+}
