@@ -51,7 +51,7 @@ impl Verdict {
         let follows_noise = self.noise > CLEAN && self.noise.max(longer.noise) > FOLLOWS * self.ratio;
         let sound = longer.beyond_noise < RANDOM && longer.score < NOISIER * self.score;
         let slack = if self.score < doubtful { SMOOTHER * self.score } else { 0.0 };
-        let leaves_more = self.score < doubtful && longer.off > self.off + few;
+        let leaves_more = self.score < doubtful && longer.off.saturating_sub(self.off) > few;
         (longer.score < self.score + slack && !leaves_more) || (follows_noise && sound)
     }
 }
@@ -125,7 +125,8 @@ const BESIDE: f64 = 0.45;
 /// of right answers differs by about as much from lattice to lattice.
 const SLACK: f64 = 0.01;
 /// A longer length is taken if its score is above that of a shorter one by no more than this share of it: under noise both
-/// have the sides right, and the smoother one has fewer handles and bubbles. But it must not leave a patch of points behind.
+/// have the sides right, and the smoother one has fewer handles and bubbles. But in space it must not leave a patch of points behind.
+/// (In the plane what it leaves are tips and bays, and shorter lengths part noisy curves.)
 const SMOOTHER: f64 = 0.05;
 /// A length below the noise over this makes sheets that follow the noise, a hollow shell or many, and the better they do the more W agrees
 /// with them: then the longer length is taken as long as it does not score as random sides do, nor so many times higher.
@@ -327,7 +328,8 @@ impl<const D: usize> Ladder<'_, D> {
 
     /// Whether a candidate with another length is to be preferred.
     fn is_better(&self, found: &Verdict, known: &Verdict) -> bool {
-        let (doubtful, few) = (self.options.doubtful, self.patches.least());
+        let few = if D == 2 { usize::MAX } else { self.patches.least() };
+        let doubtful = self.options.doubtful;
         if found.ratio > known.ratio {
             known.yields_to(found, doubtful, few)
         } else {
