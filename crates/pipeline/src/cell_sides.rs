@@ -76,11 +76,7 @@ impl<const D: usize> CellSides<D> {
 
     /// The cells around one with a bit, each by its place on the lattice.
     pub fn keys_around(&self, key: usize, bits: u32) -> impl Iterator<Item = usize> + use<D> {
-        let (shape, index) = (self.shape, multi_index(key, &self.shape));
-        (0..3usize.pow(D as u32)).filter(move |offset| bits >> offset & 1 == 1).map(move |offset| {
-            let step = multi_index(offset, &[3; D]);
-            flat_index(&std::array::from_fn(|axis| (index[axis] + step[axis]).wrapping_sub(1)), &shape)
-        })
+        cells_around(key, self.shape, bits)
     }
 
     fn place(&self, index: &[usize; D]) -> (usize, u64) {
@@ -95,6 +91,16 @@ impl<const D: usize> CellSides<D> {
         let side = 1 << Self::DIGITS;
         1 << flat_index(&index.map(|i| i % side), &[side; D])
     }
+}
+
+/// Those of the 3^D cells around one and itself, in C order, that have a bit and lie on the lattice.
+pub fn cells_around<const D: usize>(key: usize, shape: [usize; D], bits: u32) -> impl Iterator<Item = usize> + use<D> {
+    let index = multi_index(key, &shape);
+    (0..3usize.pow(D as u32)).filter(move |offset| bits >> offset & 1 == 1).filter_map(move |offset| {
+        let step = multi_index(offset, &[3; D]);
+        let moved: [usize; D] = std::array::from_fn(|axis| (index[axis] + step[axis]).wrapping_sub(1));
+        (0..D).all(|axis| moved[axis] < shape[axis]).then(|| flat_index(&moved, &shape))
+    })
 }
 
 #[cfg(test)]

@@ -8,7 +8,7 @@
 use rayon::prelude::*;
 use zeroset_bspline::{Derivatives, Implicit, IndexSet};
 
-use crate::cell_sides::CellSides;
+use crate::cell_sides::{CellSides, cells_around};
 use crate::domain::{Domain, flat_index, multi_index};
 
 /// The smallest cells have at most so many spacings: a pierced wall is hardly narrower.
@@ -94,7 +94,7 @@ fn touching<const D: usize>(mut cells: Vec<Moving>, shape: &[usize; D]) -> Vec<V
         }
         let (mut group, mut done) = (vec![first], 0);
         while done < group.len() {
-            for key in around(cells[group[done]].key, shape) {
+            for key in cells_around(cells[group[done]].key, *shape, u32::MAX) {
                 if let Ok(found) = cells.binary_search_by_key(&key, |moving| moving.key)
                     && std::mem::take(&mut is_new[found])
                 {
@@ -212,16 +212,6 @@ impl Cells {
         cells.keys.iter().zip(&values).for_each(|(key, value)| sides.cells.insert(*key, *value < 0.0));
         sides
     }
-}
-
-/// The keys of the cells that share a face, an edge or a corner with one.
-fn around<const D: usize>(key: usize, shape: &[usize; D]) -> impl Iterator<Item = usize> + use<D> {
-    let (shape, index) = (*shape, multi_index(key, shape));
-    (0..3usize.pow(D as u32)).filter_map(move |offset| {
-        let step = multi_index(offset, &[3; D]);
-        let moved: [usize; D] = std::array::from_fn(|axis| (index[axis] + step[axis]).wrapping_sub(1));
-        (0..D).all(|axis| moved[axis] < shape[axis]).then(|| flat_index(&moved, &shape))
-    })
 }
 
 /// The keys of the cells that share a face with one.

@@ -41,12 +41,14 @@ pub fn judge<const D: usize>(
     let (judgement, winding) = referee.judge(f)?;
     let unsure = winding.iter().filter(|w| is_unsure(**w)).count() as f64 / winding.len() as f64;
     let at = f.evaluate(fitted, Derivatives::Gradient);
+    // Most often all points that are heard are fitted.
+    let heard = if points == fitted { &at } else { &f.evaluate(points, Derivatives::Gradient) };
     Ok(TrustReport {
         score: judgement.beyond_noise(noise / spacing.typical),
         judgement,
         unsure,
         misfit: misfit(&at, own),
-        off: off(f, points, spacing.typical, noise, frame),
+        off: off(heard, points, spacing.typical, noise, frame),
         flat: flat(&at),
         fragile: fragile(f, noise, own.typical, frame),
         regions: regions(points, &winding, frame),
@@ -61,13 +63,13 @@ fn flat<const D: usize>(at: &Evaluation<D>) -> f64 {
 }
 
 fn off<const D: usize>(
-    f: &HierarchicalSpline<D>,
+    at: &Evaluation<D>,
     points: &[[f64; D]],
     spacing: f64,
     noise: f64,
     frame: &Frame<D>,
 ) -> OffReport {
-    let distances = f.evaluate(points, Derivatives::Gradient).sampson_distances();
+    let distances = at.sampson_distances();
     let patches = Patches::new(points, spacing);
     let off = patches.off(&distances, noise);
     if off.len() < patches.least() {
