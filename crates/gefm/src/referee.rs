@@ -27,6 +27,8 @@ const REACH: f64 = 2.0;
 /// (Chosen so that a disagreement counts as much as an error of the same share of the points, or more.)
 const DISAGREEMENT: f64 = 2.0;
 const RELATIVE: f64 = 0.5;
+/// A shape with less than this share of the nodes inside is too thin for them to tell much of its inside.
+const THIN: f64 = 0.05;
 
 /// What judges the candidates: the points with their areas, and lattice nodes away from them.
 #[derive(Debug)]
@@ -126,7 +128,7 @@ impl<'a, const D: usize> Referee<'a, D> {
         // Noise enlarges the areas, hardly more than threefold; points along curves on the surface hide most of it. Shapes
         // thinner than the lattice have no inside to go by, but if the sides are right W is ½ at the points on average.
         let area: f64 = self.areas.iter().sum();
-        let calibration = if negative > 0.05 * total {
+        let calibration = if negative > THIN * total {
             (flux / negative).clamp(0.05, 3.0)
         } else {
             let mean = at_points.iter().zip(&self.areas).map(|(w, a)| a * w).sum::<f64>() / area;
@@ -141,7 +143,7 @@ impl<'a, const D: usize> Referee<'a, D> {
         at_points.iter_mut().for_each(|w| *w /= calibration);
         let (disagreement, inside) = if total > 0.0 { (differing / total, inside / total) } else { (0.0, 0.0) };
         let principal = at_points.iter().zip(&self.areas).map(|(w, a)| a * (w - 0.5).abs()).sum::<f64>() / area;
-        let relative = if disagreement > 0.0 { (disagreement / inside).min(1.0) } else { 0.0 };
+        let relative = (disagreement / inside.max(THIN)).min(1.0);
         let score = principal + DISAGREEMENT * disagreement + RELATIVE * relative;
         Ok((Judgement { principal, disagreement, inside, calibration, score }, at_points))
     }
@@ -203,6 +205,27 @@ mod tests {
         // Points are neither a sheet nor, with even noise, a normal layer, and the mean of a ratio is not the ratio of means.
         assert!(judgement.score > 0.2 && left.abs() < 0.05, "{left} of {judgement:?}");
         assert_eq!(judgement.beyond_noise(0.0), judgement.score);
+    }
+
+    #[test]
+    fn a_ring_thinner_than_the_lattice_is_judged_by_its_points() {
+        // Of radii 0.37 and 0.4; nodes nearer than two spacings are not looked at, which is all of its inside.
+        let (outer, _) = circle(|_, _| 0.0);
+        let points: Vec<[f64; 2]> = outer.iter().copied().chain(outer.iter().map(|p| p.map(|x| 0.925 * x))).collect();
+        let knots = KnotVector::uniform(3, -0.6, 1.2 / 128.0, 128).unwrap();
+        let at = |i: usize| -0.6 + (i as f64 - 1.0) * 1.2 / 128.0;
+        let ring = |strays: f64| {
+            // Off it f may be negative here and there for want of points.
+            let value = |x: f64, y: f64| {
+                (x.hypot(y) - 0.385).abs() - 0.015 - strays * (-((x - 0.435).powi(2) + y * y) / 1e-4).exp()
+            };
+            let coefficients = (0..131 * 131).map(|flat| value(at(flat / 131), at(flat % 131))).collect();
+            judged(&points, &Spline::from_flat([knots.clone(), knots.clone()], coefficients).unwrap()).0
+        };
+        let [right, strays] = [0.0, 0.2].map(ring);
+        assert!(right.inside == 0.0 && right.disagreement == 0.0 && right.score < 0.1, "{right:?}");
+        // Relative to an inside of no nodes even one would be a half.
+        assert!(strays.inside == 0.0 && strays.disagreement > 0.0 && strays.score < right.score + 0.1, "{strays:?}");
     }
 
     #[test]
