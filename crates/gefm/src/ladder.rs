@@ -36,6 +36,8 @@ struct Verdict {
     ratio: f64,
     /// Standard deviation of the noise as this candidate sees it, in spacings.
     noise: f64,
+    /// What is left of it without the share of the points' distances that they have in common with those around them.
+    own_noise: f64,
     /// Points that lie off it together with those around them.
     off: usize,
 }
@@ -43,16 +45,19 @@ struct Verdict {
 impl Verdict {
     /// Of a fit that failed.
     const fn failed(ratio: f64) -> Self {
-        Self { score: f64::INFINITY, beyond_noise: f64::INFINITY, ratio, noise: 0.0, off: 0 }
+        Self { score: f64::INFINITY, beyond_noise: f64::INFINITY, ratio, noise: 0.0, own_noise: 0.0, off: 0 }
     }
 
     /// Whether a candidate with a longer length is to be preferred, of which no more than `few` points more may lie off it.
     fn yields_to(&self, longer: &Self, doubtful: f64, few: usize) -> bool {
-        let follows_noise = self.noise > CLEAN && self.noise.max(longer.noise) > FOLLOWS * self.ratio;
+        let as_good = if self.score < doubtful {
+            longer.score < (1.0 + SMOOTHER) * self.score && longer.off.saturating_sub(self.off) <= few
+        } else {
+            longer.score < self.score
+        };
+        let follows_noise = self.noise > CLEAN && self.own_noise.max(longer.own_noise) > FOLLOWS * self.ratio;
         let sound = longer.beyond_noise < RANDOM && longer.score < NOISIER * self.score;
-        let slack = if self.score < doubtful { SMOOTHER * self.score } else { 0.0 };
-        let leaves_more = self.score < doubtful && longer.off.saturating_sub(self.off) > few;
-        (longer.score < self.score + slack && !leaves_more) || (follows_noise && sound)
+        as_good || (follows_noise && sound)
     }
 }
 
@@ -129,7 +134,8 @@ const SLACK: f64 = 0.01;
 /// (In the plane what it leaves are tips and bays, and shorter lengths part noisy curves.)
 const SMOOTHER: f64 = 0.05;
 /// A length below the noise over this makes sheets that follow the noise, a hollow shell or many, and the better they do the more W agrees
-/// with them: then the longer length is taken as long as it does not score as random sides do, nor so many times higher.
+/// with them: then the longer length is taken as long as it does not score as random sides do, nor so many times higher. But where a length
+/// fills gaps or swallows limbs, what is left of the points' distances looks like noise too, if that does not change from point to point.
 const FOLLOWS: f64 = 0.85;
 const NOISIER: f64 = 3.0;
 /// But where the fit with the shorter length sees less noise than this, in spacings, there is none: what the longer one takes for noise are
@@ -310,9 +316,11 @@ impl<const D: usize> Ladder<'_, D> {
         let (halvings, unknowns, ratio, score) = (rung.halvings, rung.unknowns(), rung.ratio(), judgement.score);
         let noise = (score >= self.options.content).then(|| noise_deviation(&f, self.points) / self.options.spacing);
         let seen = noise.unwrap_or(0.0);
-        let off = self.patches.off(&self.distances(&f), seen * self.options.spacing).len();
-        debug!(halvings, unknowns, ratio, ?start, iterations, score, noise, off, "candidate");
-        let verdict = Verdict { score, beyond_noise: judgement.beyond_noise(seen), ratio, noise: seen, off };
+        let distances = self.distances(&f);
+        let off = self.patches.off(&distances, seen * self.options.spacing).len();
+        let own_noise = seen * self.patches.own_share(&distances).sqrt();
+        debug!(halvings, unknowns, ratio, ?start, iterations, score, noise, own_noise, off, "candidate");
+        let verdict = Verdict { score, beyond_noise: judgement.beyond_noise(seen), ratio, noise: seen, own_noise, off };
         let is_better = match &self.leader {
             Some(leader) if ratio != leader.verdict.ratio => self.is_better(&verdict, &leader.verdict),
             Some(leader) => score < leader.verdict.score + if start == self.next() { SLACK } else { 0.0 },
@@ -369,7 +377,14 @@ mod tests {
 
     #[test]
     fn a_length_that_follows_noise_has_to_be_far_better() {
-        let verdict = |ratio, score, noise| Verdict { score, beyond_noise: score - 0.2 * noise, ratio, noise, off: 5 };
+        let verdict = |ratio, score, noise| Verdict {
+            score,
+            beyond_noise: score - 0.2 * noise,
+            ratio,
+            noise,
+            own_noise: noise,
+            off: 5,
+        };
         let longer_wins = |shorter: Verdict, longer: Verdict| shorter.yields_to(&longer, 0.25, 16);
         // A hollow shell around points with noise of 1.2 spacings, and the surface in the midst of it.
         assert!(longer_wins(verdict(0.8, 0.20, 0.8), verdict(1.6, 0.22, 1.2)));
@@ -381,6 +396,10 @@ mod tests {
         assert!(!longer_wins(verdict(0.8, 0.28, 0.74), verdict(1.6, 4.3, 0.87)));
         // The two sides of a wall are noise to the fit that welds them, and nothing to the other.
         assert!(!longer_wins(verdict(0.4, 0.1, 0.05), verdict(0.8, 0.18, 0.7)));
+        // Nor is noise what patches of points have in common, as where gaps between rods are filled.
+        let misfit = Verdict { own_noise: 0.3, ..verdict(0.8, 0.32, 0.9) };
+        assert!(longer_wins(verdict(0.4, 0.16, 0.3), verdict(0.8, 0.32, 0.9)));
+        assert!(!longer_wins(verdict(0.4, 0.16, 0.3), misfit));
         // Little noise changes nothing.
         assert!(!longer_wins(verdict(0.4, 0.1, 0.2), verdict(0.8, 0.12, 0.2)));
         assert!(longer_wins(verdict(0.4, 0.1, 0.2), verdict(0.8, 0.104, 0.2)));

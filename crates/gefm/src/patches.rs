@@ -56,6 +56,22 @@ impl Patches {
         patches.filter(|(_, around)| beyond(around)).map(|(index, _)| index).collect()
     }
 
+    /// The share of the distances' variance that a point has to itself: 1 less the correlation with the mean of the other points of
+    /// its patch. Near 1 for noise, near 0 where a smooth shape passes the points by.
+    pub fn own_share(&self, distances: &[f64]) -> f64 {
+        let others = (self.patch - 1) as f64;
+        let (mut shared, mut all) = (0.0, 0.0);
+        for (around, d) in self.neighbours.chunks(self.patch).zip(distances) {
+            let sum: f64 = around.iter().filter_map(|index| distances.get(*index as usize)).sum();
+            let product = d * (sum - d);
+            if product.is_finite() {
+                shared += product / others;
+                all += d * d;
+            }
+        }
+        if shared > 0.0 { 1.0 - (shared / all).min(1.0) } else { 1.0 }
+    }
+
     /// How many of these are a patch.
     pub const fn least(&self) -> usize {
         self.patch
@@ -84,6 +100,27 @@ mod tests {
         // All but those at the rim, in whose patches the others are as many.
         assert!(off.len() > 60 && off.iter().all(|i| swallowed(&grid[*i]) < 7.5), "{}", off.len());
         assert!((0..2500).filter(|i| swallowed(&grid[*i]) < 4.0).all(|i| off.contains(&i)));
+    }
+
+    #[test]
+    fn noise_is_each_points_own_and_a_misfit_is_not() {
+        let grid: Vec<[f64; 3]> = (0..2500).map(|i| [f64::from(i % 50), f64::from(i / 50), 0.0]).collect();
+        let patches = Patches::new(&grid, 1.0);
+        let noise: Vec<f64> =
+            (0..2500).map(|i| (f64::from(i) * 12.9898).sin() * 43_758.545_3).map(|x| x.rem_euclid(1.0) - 0.5).collect();
+        // The mean of 2500 products, each of the spread of a mean of 15 values.
+        assert!(patches.own_share(&noise) > 1.0 - 3.0 / f64::sqrt(15.0 * 2500.0));
+        // Waves of 25 spacings, of which a patch, two spacings wide to each side, is a small part.
+        let waves: Vec<f64> = grid.iter().map(|p| (p[0] * std::f64::consts::TAU / 25.0).sin()).collect();
+        assert!(patches.own_share(&waves) < 0.15, "{}", patches.own_share(&waves));
+        // Both have variances of 1/12 and 1/2.
+        let both: Vec<f64> = noise.iter().zip(&waves).map(|(n, w)| n + w / f64::sqrt(6.0)).collect();
+        assert!((patches.own_share(&both) - 0.5).abs() < 0.1, "{}", patches.own_share(&both));
+        assert_eq!(patches.own_share(&[0.0; 2500]), 1.0);
+        // Where f has no gradient.
+        let mut some = waves.clone();
+        some[7] = f64::INFINITY;
+        assert!(patches.own_share(&some) < 0.2);
     }
 
     #[test]

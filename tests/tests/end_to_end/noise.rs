@@ -66,3 +66,46 @@ fn narrow_holes_stay_open() {
         assert_eq!(result.report.trust.off.points, 0);
     }
 }
+
+/// Random points of the rods that are the edges of two boxes side by side, none of them inside another rod.
+fn rods(radius: f64, count: usize, random: &mut Random) -> Vec<[f64; 3]> {
+    let corners = |i: usize| [[-0.9, 0.0, 0.9][i % 3], [-0.6, 0.6][i / 3 % 2], [-0.4, 0.4][i / 6]];
+    let differ = |a: [f64; 3], b: [f64; 3]| (0..3).filter(|k| a[*k] != b[*k]).count() == 1;
+    let pairs = (0..12).flat_map(|i| (0..i).map(move |j| [corners(j), corners(i)]));
+    let rods: Vec<[[f64; 3]; 2]> = pairs.filter(|[a, b]| differ(*a, *b) && (a[0] - b[0]).abs() < 1.0).collect();
+    assert_eq!(rods.len(), 20);
+    // Of all places in a box around them, those at the radius from the nearest axis, to which they are moved.
+    let nearest = |p: &[f64; 3], [a, b]: &[[f64; 3]; 2]| -> [f64; 3] {
+        let way: [f64; 3] = std::array::from_fn(|k| b[k] - a[k]);
+        let dot = |u: &[f64; 3]| (0..3).map(|k| u[k] * way[k]).sum::<f64>();
+        let t = (dot(&std::array::from_fn(|k| p[k] - a[k])) / dot(&way)).clamp(0.0, 1.0);
+        std::array::from_fn(|k| a[k] + t * way[k])
+    };
+    let length = |a: &[f64; 3], b: &[f64; 3]| (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt();
+    let mut points = Vec::new();
+    while points.len() < count {
+        let p = [1.1, 0.8, 0.6].map(|half| half * (2.0 * random.uniform() - 1.0));
+        let feet = rods.iter().map(|rod| nearest(&p, rod));
+        let foot = feet.min_by(|a, b| length(&p, a).total_cmp(&length(&p, b))).unwrap();
+        let away = length(&p, &foot);
+        if (away - radius).abs() < 0.01 * radius {
+            points.push(std::array::from_fn(|k| foot[k] + (p[k] - foot[k]) * radius / away));
+        }
+    }
+    points
+}
+
+/// Rods 3.6 spacings thick with noise of 0.3 spacings: a shape that fills the boxes between them takes what is left for noise.
+#[test]
+fn the_space_between_rods_stays_open() {
+    let length = 8.0 * 0.9 + 6.0 * 1.2 + 6.0 * 0.8;
+    for seed in 0..3 {
+        let mut random = Random(seed);
+        let mut points = rods(0.1, 4000, &mut random);
+        let noise = 0.3 * (std::f64::consts::TAU * 0.1 * length / 4000.0).sqrt();
+        points.iter_mut().flatten().for_each(|x| *x += noise * random.gaussian());
+        let mut result = reconstruct(&points, &Options::default()).unwrap();
+        let (_, topology) = extract_surface(&mut result).unwrap();
+        assert_eq!((topology.components, topology.genus), (1, 9), "seed {seed}: {:?}", result.report.warnings);
+    }
+}
