@@ -12,7 +12,7 @@ use zeroset_bspline::{Derivatives, KnotVector, Spline};
 use crate::error::GefmError;
 use crate::ladder_options::{KnownNormals, LadderOptions};
 use crate::ladder_report::{Candidate, LadderReport, Start};
-use crate::noise::noise_deviation;
+use crate::noise::{LAYERED, layers, noise_deviation};
 use crate::patches::Patches;
 use crate::referee::Referee;
 use crate::rung::{Found, Rung};
@@ -40,12 +40,22 @@ struct Verdict {
     own_noise: f64,
     /// Points that lie off it together with those around them.
     off: usize,
+    /// Whether the points lie on both sides of it rather than around it.
+    layered: bool,
 }
 
 impl Verdict {
     /// Of a fit that failed.
     const fn failed(ratio: f64) -> Self {
-        Self { score: f64::INFINITY, beyond_noise: f64::INFINITY, ratio, noise: 0.0, own_noise: 0.0, off: 0 }
+        Self {
+            score: f64::INFINITY,
+            beyond_noise: f64::INFINITY,
+            ratio,
+            noise: 0.0,
+            own_noise: 0.0,
+            off: 0,
+            layered: false,
+        }
     }
 
     /// Whether a candidate with a longer length is to be preferred, of which no more than `few` points more may lie off it.
@@ -56,7 +66,7 @@ impl Verdict {
             longer.score < self.score
         };
         let follows_noise = self.noise > CLEAN && self.own_noise.max(longer.own_noise) > FOLLOWS * self.ratio;
-        let sound = longer.beyond_noise < RANDOM && longer.score < NOISIER * self.score;
+        let sound = !longer.layered && longer.beyond_noise < RANDOM && longer.score < NOISIER * self.score;
         as_good || (follows_noise && sound)
     }
 }
@@ -135,7 +145,8 @@ const SLACK: f64 = 0.01;
 const SMOOTHER: f64 = 0.05;
 /// A length below the noise over this makes sheets that follow the noise, a hollow shell or many, and the better they do the more W agrees
 /// with them: then the longer length is taken as long as it does not score as random sides do, nor so many times higher. But where a length
-/// fills gaps or swallows limbs, what is left of the points' distances looks like noise too, if that does not change from point to point.
+/// fills gaps or swallows limbs, what is left of the points' distances looks like noise too, if that does not change from point to point; and
+/// where it welds walls they have two values.
 const FOLLOWS: f64 = 0.85;
 const NOISIER: f64 = 3.0;
 /// But where the fit with the shorter length sees less noise than this, in spacings, there is none: what the longer one takes for noise are
@@ -319,8 +330,10 @@ impl<const D: usize> Ladder<'_, D> {
         let distances = self.distances(&f);
         let off = self.patches.off(&distances, seen * self.options.spacing).len();
         let own_noise = seen * self.patches.own_share(&distances).sqrt();
-        debug!(halvings, unknowns, ratio, ?start, iterations, score, noise, own_noise, off, "candidate");
-        let verdict = Verdict { score, beyond_noise: judgement.beyond_noise(seen), ratio, noise: seen, own_noise, off };
+        let layers = layers(&distances, seen * self.options.spacing, self.options.spacing);
+        debug!(halvings, unknowns, ratio, ?start, iterations, score, noise, own_noise, off, layers, "candidate");
+        let (beyond_noise, layered) = (judgement.beyond_noise(seen), layers.is_some_and(|layers| layers > LAYERED));
+        let verdict = Verdict { score, beyond_noise, ratio, noise: seen, own_noise, off, layered };
         let is_better = match &self.leader {
             Some(leader) if ratio != leader.verdict.ratio => self.is_better(&verdict, &leader.verdict),
             Some(leader) => score < leader.verdict.score + if start == self.next() { SLACK } else { 0.0 },
@@ -384,6 +397,7 @@ mod tests {
             noise,
             own_noise: noise,
             off: 5,
+            layered: false,
         };
         let longer_wins = |shorter: Verdict, longer: Verdict| shorter.yields_to(&longer, 0.25, 16);
         // A hollow shell around points with noise of 1.2 spacings, and the surface in the midst of it.
@@ -396,6 +410,8 @@ mod tests {
         assert!(!longer_wins(verdict(0.8, 0.28, 0.74), verdict(1.6, 4.3, 0.87)));
         // The two sides of a wall are noise to the fit that welds them, and nothing to the other.
         assert!(!longer_wins(verdict(0.4, 0.1, 0.05), verdict(0.8, 0.18, 0.7)));
+        // Nor do points that lie in two layers follow noise.
+        assert!(!longer_wins(verdict(0.4, 0.15, 0.3), Verdict { layered: true, ..verdict(0.8, 0.24, 0.6) }));
         // Nor is noise what patches of points have in common, as where gaps between rods are filled.
         let misfit = Verdict { own_noise: 0.3, ..verdict(0.8, 0.32, 0.9) };
         assert!(longer_wins(verdict(0.4, 0.16, 0.3), verdict(0.8, 0.32, 0.9)));

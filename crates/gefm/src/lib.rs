@@ -62,7 +62,7 @@ pub use ladder::climb;
 pub use ladder_options::{KnownNormals, LadderOptions};
 pub use ladder_report::{Candidate, LadderReport, Start};
 pub use lanczos::EigenpairSummary;
-pub use noise::noise_deviation;
+pub use noise::{LAYERED, layers, noise_deviation};
 pub use normal_solver::NormalSolver;
 pub use p_continuation::{ContinuationOptions, ContinuationReport, ContinuationStage, continue_exponent};
 pub use patches::Patches;

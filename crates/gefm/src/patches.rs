@@ -5,6 +5,8 @@ use std::num::NonZero;
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
 use rayon::prelude::*;
 
+use crate::noise::LEAST_NOISE;
+
 /// Neighbours of a point, itself included: as many as a patch has at least.
 const fn patch(dimension: usize) -> usize {
     if dimension == 2 { 8 } else { 16 }
@@ -14,8 +16,6 @@ const fn patch(dimension: usize) -> usize {
 /// distances the median of 8 gets there once in ten million times, that of 16 hardly ever; fits of noisy points that are right
 /// came to 1.7.)
 const OFF: f64 = 2.2;
-/// With less noise than this, in spacings, distances come from detail.
-const LEAST_NOISE: f64 = 0.15;
 
 /// Where a smooth shape has closed a hole or a gap, filled a valley or swallowed a limb, the points there lie on one side of it all
 /// together. They may be too few for winding numbers to tell: the sides of all others are right.

@@ -48,6 +48,9 @@ pub struct TrustReport {
     pub misfit: f64,
     /// Points that lie off the zero set together.
     pub off: OffReport,
+    /// Mean distance of the fitted points from the zero set over its root mean square ([`zeroset_gefm::layers`]): 0.8 for noise, above
+    /// 0.88 where they lie in two layers rather than around it; none where there is too little noise to say.
+    pub layers: Option<f64>,
     /// Share of the points where the gradient is shorter than 0.3 of its mean: inside and outside are hardly told apart.
     pub flat: f64,
     /// Where the topology of a closed curve or surface hangs on less than the points can tell, the least sure first.

@@ -1,7 +1,7 @@
 //! Whether the result can be trusted.
 
 use zeroset_bspline::{Derivatives, Evaluation, HierarchicalSpline, KnotVector};
-use zeroset_gefm::{Patches, Referee};
+use zeroset_gefm::{LAYERED, Patches, Referee, layers};
 
 use crate::confidence::{RegionReport, is_unsure, regions};
 use crate::error::ReconstructError;
@@ -49,6 +49,7 @@ pub fn judge<const D: usize>(
         unsure,
         misfit: misfit(&at, own),
         off: off(heard, points, spacing.typical, noise, frame),
+        layers: layers(&at.sampson_distances(), noise, own.typical),
         flat: flat(&at),
         fragile: fragile(f, noise, own.typical, frame),
         regions: regions(points, &winding, frame),
@@ -129,6 +130,11 @@ pub fn verdict<const D: usize>(trust: &TrustReport, open: bool) -> (Option<Strin
             place(farthest)
         )
     });
+    let layered = trust.layers.filter(|layers| *layers > LAYERED).map(|_| {
+        "the points lie in two layers on both sides of the result rather than around it: a thin wall may have been taken for noise; \
+         if there is one, try --smooth with a length below half its thickness, or a denser scan"
+            .to_owned()
+    });
     let flat = (trust.flat > MANY_FLAT).then(|| {
         format!(
             "at {:.1} % of the points inside and outside are hardly told apart: walls or gaps there are too thin for the \
@@ -137,7 +143,7 @@ pub fn verdict<const D: usize>(trust: &TrustReport, open: bool) -> (Option<Strin
         )
     });
     let hangs = trust.fragile.first().filter(|_| !open).map(|least| hangs_on(least, trust.fragile.len()));
-    let warning = misfit.or(off).or(flat).or(hangs);
+    let warning = misfit.or(off).or(layered).or(flat).or(hangs);
     (warning, None)
 }
 

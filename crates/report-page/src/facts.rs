@@ -239,6 +239,11 @@ pub(crate) fn trust(report: &Report) -> String {
                 "points whose neighbours lie on the same side of the result, farther than noise explains: something is smoothed over",
             ),
             (
+                "in two layers",
+                trust.layers.map_or_else(|| "–".to_owned(), |layers| format!("{layers:.2}")),
+                "mean distance of noisy points over its root mean square: 0.8 for noise; above 0.88 they lie on both sides of the result",
+            ),
+            (
                 "inside and outside hardly differ",
                 percent(trust.flat),
                 "share of the points where walls or gaps are too thin for the sampling",
