@@ -60,11 +60,9 @@ impl Verdict {
 
     /// Whether a candidate with a longer length is to be preferred, of which no more than `few` points more may lie off it.
     fn yields_to(&self, longer: &Self, doubtful: f64, few: usize) -> bool {
-        let as_good = if self.score < doubtful {
-            longer.score < (1.0 + SMOOTHER) * self.score && longer.off.saturating_sub(self.off) <= few
-        } else {
-            longer.score < self.score
-        };
+        let slack = if self.score < doubtful { SMOOTHER * self.score } else { 0.0 };
+        let leaves_more = self.beyond_noise < RANDOM && longer.off.saturating_sub(self.off) > few;
+        let as_good = longer.score < self.score + slack && !leaves_more;
         let follows_noise = self.noise > CLEAN && self.own_noise.max(longer.own_noise) > FOLLOWS * self.ratio;
         let sound = !longer.layered && longer.beyond_noise < RANDOM && longer.score < NOISIER * self.score;
         as_good || (follows_noise && sound)
@@ -140,7 +138,8 @@ const BESIDE: f64 = 0.45;
 /// of right answers differs by about as much from lattice to lattice.
 const SLACK: f64 = 0.01;
 /// A longer length is taken if its score is above that of a shorter one by no more than this share of it: under noise both
-/// have the sides right, and the smoother one has fewer handles and bubbles. But in space it must not leave a patch of points behind.
+/// have the sides right, and the smoother one has fewer handles and bubbles. But in space it must not leave a patch of points behind,
+/// unless the sides of the shorter one are about random.
 /// (In the plane what it leaves are tips and bays, and shorter lengths part noisy curves.)
 const SMOOTHER: f64 = 0.05;
 /// A length below the noise over this makes sheets that follow the noise, a hollow shell or many, and the better they do the more W agrees
@@ -422,6 +421,8 @@ mod tests {
         // Unless it leaves a patch of points behind.
         let off = |off| Verdict { off, ..verdict(0.8, 0.104, 0.2) };
         assert!(longer_wins(verdict(0.4, 0.1, 0.2), off(21)) && !longer_wins(verdict(0.4, 0.1, 0.2), off(22)));
+        // Even if the shorter one is doubtful, as of thin walls; random sides fit all points.
+        assert!(!longer_wins(verdict(0.4, 0.33, 0.01), off(22)) && longer_wins(verdict(0.4, 0.6, 0.01), off(22)));
     }
 
     #[test]
