@@ -12,7 +12,7 @@ use zeroset_bspline::{Derivatives, KnotVector, Spline};
 use crate::error::GefmError;
 use crate::ladder_options::{KnownNormals, LadderOptions};
 use crate::ladder_report::{Candidate, LadderReport, Start};
-use crate::noise::{LAYERED, layers, noise_deviation};
+use crate::noise::{LAYERED, LEAST_NOISE, layers, noise_deviation};
 use crate::patches::Patches;
 use crate::referee::Referee;
 use crate::rung::{Found, Rung};
@@ -23,6 +23,8 @@ struct Leader<const D: usize> {
     index: usize,
     verdict: Verdict,
     winding: Vec<f64>,
+    /// Of the points that are heard, from its zero set.
+    distances: Vec<f64>,
 }
 
 /// What decides between two candidates.
@@ -63,7 +65,7 @@ impl Verdict {
         let slack = if self.score < doubtful { SMOOTHER * self.score } else { 0.0 };
         let leaves_more = self.beyond_noise < RANDOM && longer.off.saturating_sub(self.off) > few;
         let as_good = longer.score < self.score + slack && !leaves_more;
-        let follows_noise = self.noise > CLEAN && self.own_noise.max(longer.own_noise) > FOLLOWS * self.ratio;
+        let follows_noise = self.noise > LEAST_NOISE && self.own_noise.max(longer.own_noise) > FOLLOWS * self.ratio;
         let sound = !longer.layered && longer.beyond_noise < RANDOM && longer.score < NOISIER * self.score;
         as_good || (follows_noise && sound)
     }
@@ -145,12 +147,10 @@ const SMOOTHER: f64 = 0.05;
 /// A length below the noise over this makes sheets that follow the noise, a hollow shell or many, and the better they do the more W agrees
 /// with them: then the longer length is taken as long as it does not score as random sides do, nor so many times higher. But where a length
 /// fills gaps or swallows limbs, what is left of the points' distances looks like noise too, if that does not change from point to point; and
-/// where it welds walls they have two values.
+/// where it welds walls they have two values. And where the fit with the shorter length sees less than [`LEAST_NOISE`] there is none: what
+/// the longer one takes for noise are the two sides of a wall.
 const FOLLOWS: f64 = 0.85;
 const NOISIER: f64 = 3.0;
-/// But where the fit with the shorter length sees less noise than this, in spacings, there is none: what the longer one takes for noise are
-/// the two sides of a wall.
-const CLEAN: f64 = 0.15;
 /// Above this score the sides are about as random as coins.
 const RANDOM: f64 = 0.4;
 
@@ -181,7 +181,7 @@ impl<const D: usize> Ladder<'_, D> {
         }
         let (_, low, high) = self.base[0].cells().next().unwrap_or_default();
         let cell = (high - low) / f64::from(1u32 << halvings);
-        let mut distances: Vec<f64> = self.distances(&leader.f).into_iter().map(f64::abs).collect();
+        let mut distances: Vec<f64> = leader.distances.iter().map(|d| d.abs()).collect();
         distances.sort_unstable_by(f64::total_cmp);
         let beside = |(winding, area): (&f64, &f64)| *area > 0.0 && (winding - 0.5).abs() > BESIDE;
         let missed = distances.last().is_some_and(|largest| *largest > MISSED * self.options.detail)
@@ -341,7 +341,7 @@ impl<const D: usize> Ladder<'_, D> {
         let index = self.report.candidates.len();
         self.report.candidates.push(Candidate { halvings, unknowns, ratio, start, iterations, noise, off, judgement });
         if is_better {
-            self.leader = Some(Leader { f, index, verdict, winding });
+            self.leader = Some(Leader { f, index, verdict, winding, distances });
         }
         Ok(verdict)
     }

@@ -41,15 +41,17 @@ pub fn judge<const D: usize>(
     let (judgement, winding) = referee.judge(f)?;
     let unsure = winding.iter().filter(|w| is_unsure(**w)).count() as f64 / winding.len() as f64;
     let at = f.evaluate(fitted, Derivatives::Gradient);
+    let distances = at.sampson_distances();
     // Most often all points that are heard are fitted.
-    let heard = if points == fitted { &at } else { &f.evaluate(points, Derivatives::Gradient) };
+    let heard =
+        if points == fitted { &distances } else { &f.evaluate(points, Derivatives::Gradient).sampson_distances() };
     Ok(TrustReport {
         score: judgement.beyond_noise(noise / spacing.typical),
         judgement,
         unsure,
-        misfit: misfit(&at, own),
+        misfit: misfit(&distances, own),
         off: off(heard, points, spacing.typical, noise, frame),
-        layers: layers(&at.sampson_distances(), noise, own.typical),
+        layers: layers(&distances, noise, own.typical),
         flat: flat(&at),
         fragile: fragile(f, noise, own.typical, frame),
         regions: regions(points, &winding, frame),
@@ -64,15 +66,14 @@ fn flat<const D: usize>(at: &Evaluation<D>) -> f64 {
 }
 
 fn off<const D: usize>(
-    at: &Evaluation<D>,
+    distances: &[f64],
     points: &[[f64; D]],
     spacing: f64,
     noise: f64,
     frame: &Frame<D>,
 ) -> OffReport {
-    let distances = at.sampson_distances();
     let patches = Patches::new(points, spacing);
-    let off = patches.off(&distances, noise);
+    let off = patches.off(distances, noise);
     if off.len() < patches.least() {
         return OffReport { points: 0, farthest: None };
     }
@@ -80,8 +81,8 @@ fn off<const D: usize>(
     OffReport { points: off.len(), farthest: farthest.map(|index| frame.to_data(&points[*index]).to_vec()) }
 }
 
-fn misfit<const D: usize>(at: &Evaluation<D>, spacing: &Spacing) -> f64 {
-    let distances: Vec<f64> = at.sampson_distances().into_iter().map(f64::abs).collect();
+fn misfit(distances: &[f64], spacing: &Spacing) -> f64 {
+    let distances: Vec<f64> = distances.iter().map(|d| d.abs()).collect();
     let mut sorted = distances.clone();
     sorted.sort_by(f64::total_cmp);
     let usual = FAR_OFF_MEDIANS * sorted[sorted.len() / 2];
@@ -226,7 +227,9 @@ mod tests {
         let line = |off: &dyn Fn(usize) -> f64| -> Vec<[f64; 2]> {
             (0..100).map(|i| [off(i), -0.9 + 0.018 * i as f64]).collect()
         };
-        let share = |points: &[[f64; 2]]| misfit(&f.evaluate(points, Derivatives::Gradient), &Spacing::of(points));
+        let share = |points: &[[f64; 2]]| {
+            misfit(&f.evaluate(points, Derivatives::Gradient).sampson_distances(), &Spacing::of(points))
+        };
         assert_eq!(share(&line(&|_| 0.0)), 0.0);
         // Half a spacing off, one in twenty.
         assert_eq!(share(&line(&|i| if i % 20 == 7 { 0.009 } else { 0.0 })), 0.05);
