@@ -153,6 +153,8 @@ const FOLLOWS: f64 = 0.85;
 const NOISIER: f64 = 3.0;
 /// Above this score the sides are about as random as coins.
 const RANDOM: f64 = 0.4;
+/// And above this one there is more noise than walls that are too thin can make of it.
+const HOPELESS: f64 = 0.8;
 
 struct Ladder<'a, const D: usize> {
     points: &'a [[f64; D]],
@@ -262,7 +264,7 @@ impl<const D: usize> Ladder<'_, D> {
     /// Candidates from scratch, after the one from known normals if they are but a hint and it is not good enough: with the length
     /// of the rung, then with longer ones as long as each is better than the one before, or, if none is, with shorter ones. One
     /// longer length that is worse is passed over where the first was about random: under noise all those that are too short are,
-    /// and so are their scores.
+    /// and so are their scores. In the plane, where noise may be many spacings, more of them are where it was hopeless.
     fn search(&mut self, rung: &mut Rung<D>) -> Result<(), GefmError> {
         let first_ratio = rung.ratio();
         let hint = matches!(self.options.normals, KnownNormals::Hint(_));
@@ -273,6 +275,7 @@ impl<const D: usize> Ladder<'_, D> {
         let longer: Vec<f64> = self.options.ratios.iter().copied().filter(|other| *other > first_ratio).collect();
         let shorter: Vec<f64> =
             self.options.ratios.iter().rev().copied().filter(|other| *other < first_ratio).collect();
+        let hopeless = D == 2 && first.score > HOPELESS;
         for (direction, patient) in [(longer, first.score > RANDOM), (shorter, false)] {
             let (mut last, mut better, mut patient) = (first, false, patient);
             for ratio in direction {
@@ -282,9 +285,9 @@ impl<const D: usize> Ladder<'_, D> {
                 rung.set_ratio(ratio)?;
                 let found = self.consider(rung, self.scratch())?;
                 if self.is_better(&found, &last) {
-                    (last, better, patient) = (found, true, false);
+                    (last, better, patient) = (found, true, hopeless && found.score > RANDOM);
                 } else if patient {
-                    patient = false;
+                    patient = hopeless;
                 } else {
                     break;
                 }
