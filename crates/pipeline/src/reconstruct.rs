@@ -70,6 +70,9 @@ const ROUNDS: usize = 4;
 const MANY_ISOLATED: f64 = 0.005;
 /// If a larger share of the points are isolated, they are the shape.
 const MOST_ISOLATED: f64 = 0.25;
+/// Above this share of points that were left out a warning is given: what strays there are among points of one surface are fewer, and more
+/// are often a part of it that is far sparser than the rest.
+const MOST_LEFT_OUT: f64 = 0.04;
 /// The dense lattice in the plane has no more cells along the longest side than there are points, or than so many.
 const CHEAP_CELLS: usize = 128;
 /// In space it has no more cubic coefficients than so many times the number of points.
@@ -306,6 +309,15 @@ pub(crate) fn road<const D: usize>(
                 .into(),
         );
     }
+    let left_out = distinct.len() - fitted.len();
+    if left_out as f64 > MOST_LEFT_OUT * distinct.len() as f64 {
+        warnings.push(format!(
+            "{:.1} % of the points were left out, for they lie on no {} with others: if they belong to the shape (--oriented names \
+             them), it is sampled too sparsely there",
+            100.0 * left_out as f64 / distinct.len() as f64,
+            shape_name(D)
+        ));
+    }
     if near.len() < points.len() {
         warnings.push(format!(
             "{} of the points lie many times farther away than the others reach: they were left out",
@@ -318,7 +330,7 @@ pub(crate) fn road<const D: usize>(
             dimension: D,
             points: points.len(),
             repeated: near.len() - distinct.len(),
-            outliers: distinct.len() - fitted.len() + points.len() - near.len(),
+            outliers: left_out + points.len() - near.len(),
             spacing: spacing.typical / frame.scale,
             noise: noise / frame.scale,
         },

@@ -17,6 +17,8 @@ pub struct Spacing {
     pub density: f64,
     /// Per point: the share of curve or surface that it stands for, in units of the mean share.
     pub areas: Vec<f64>,
+    /// Per point, the distance to the nearest other one.
+    pub nearest: Vec<f64>,
 }
 
 /// How many neighbours an estimate looks at.
@@ -33,18 +35,20 @@ impl Spacing {
         let tree = tree_of(points);
         // The point itself is among its own neighbours.
         let wanted = NonZero::<usize>::MIN.saturating_add(k);
-        let local: Vec<f64> = points
+        let (local, nearest): (Vec<f64>, Vec<f64>) = points
             .par_iter()
             .map(|p| {
-                let nearest = tree.query(p).nearest_n::<SquaredEuclidean<f64>>(wanted).execute();
-                factor * nearest.iter().map(|n| n.distance).fold(0.0, f64::max).sqrt()
+                let neighbours = tree.query(p).nearest_n::<SquaredEuclidean<f64>>(wanted).execute();
+                let mut distances: Vec<f64> = neighbours.iter().map(|n| n.distance.sqrt()).collect();
+                distances.sort_by(f64::total_cmp);
+                (factor * distances[k], distances[1])
             })
-            .collect();
+            .unzip();
         let mut sorted = local.clone();
         sorted.sort_by(f64::total_cmp);
         let typical = sorted[sorted.len() / 2];
         let areas = areas::<D>(&local, typical);
-        Self { local, typical, density: typical.powi(1 - D as i32), areas }
+        Self { local, typical, density: typical.powi(1 - D as i32), areas, nearest }
     }
 
     /// The mean of the local spacing over each point's nearest neighbours, in the unit of the points: a single one errs by a fifth and
@@ -70,28 +74,50 @@ impl Spacing {
     }
 
     /// Which points are on no curve or surface with others: much farther from their neighbours than usual, and either
-    /// much farther than those are from theirs, or spread with them over a volume rather than along a surface.
+    /// much farther than those are from theirs, or spread with them over a volume rather than along a surface. In the plane also those
+    /// that are much farther from even the nearest one, and have all of them on one side.
     pub fn isolated<const D: usize>(&self, points: &[[f64; D]]) -> Vec<bool> {
         if points.len() <= 2 * VICINITY {
             return vec![false; points.len()];
         }
         let tree = tree_of(points);
         let wanted = NonZero::<usize>::MIN.saturating_add(VICINITY);
-        points
-            .par_iter()
-            .zip(&self.local)
-            .map(|(point, &local)| {
-                if local <= FAR * self.typical {
+        let (far, alone) = (FAR * self.typical, ALONE * self.typical);
+        (0..points.len())
+            .into_par_iter()
+            .map(|i| {
+                let (local, nearest) = (self.local[i], if D == 2 { self.nearest[i] } else { 0.0 });
+                if local <= far && nearest <= alone {
                     return false;
                 }
-                let nearest = tree.query(point).nearest_n::<SquaredEuclidean<f64>>(wanted).execute();
-                let indices: Vec<usize> = nearest.iter().map(|n| n.item as usize).collect();
+                let mut neighbours = tree.query(&points[i]).nearest_n::<SquaredEuclidean<f64>>(wanted).execute();
+                neighbours.sort_by(|a, b| a.distance.total_cmp(&b.distance).then(a.item.cmp(&b.item)));
+                let indices: Vec<usize> = neighbours.iter().map(|n| n.item as usize).collect();
                 let mut theirs: Vec<f64> = indices.iter().map(|&i| self.local[i]).collect();
                 theirs.sort_by(f64::total_cmp);
-                local > 0.8 * FAR * theirs[theirs.len() / 2] || roundness(points, &indices) > ROUND
+                let usual = theirs[theirs.len() / 2];
+                let beside = || one_sided(&points[i], indices[1..=NEIGHBOURS].iter().map(|&i| points[i]));
+                if nearest > ALONE * usual && beside() {
+                    return true;
+                }
+                let strewn = D == 3 || local > FAR_IN_PLANE * self.typical;
+                local > far && (local > 0.8 * FAR * usual || strewn && roundness(points, &indices) > ROUND)
             })
             .collect()
     }
+}
+
+/// Whether some places are all on one side of a point: seen from there no two are in directions more than 120° apart.
+fn one_sided<const D: usize>(point: &[f64; D], places: impl Iterator<Item = [f64; D]>) -> bool {
+    let directions: Vec<[f64; D]> = places
+        .map(|place| {
+            let step: [f64; D] = std::array::from_fn(|axis| place[axis] - point[axis]);
+            let length = step.iter().map(|x| x * x).sum::<f64>().sqrt();
+            step.map(|x| x / length)
+        })
+        .collect();
+    let cosine = |a: &[f64; D], b: &[f64; D]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    directions.iter().all(|a| directions.iter().all(|b| cosine(a, b) > -0.5))
 }
 
 /// What share of curve or surface each point stands for by its spacing, in units of the mean share.
@@ -108,6 +134,11 @@ const SMOOTH: usize = 24;
 const VICINITY: usize = 12;
 /// How many times the usual distance is far.
 const FAR: f64 = 3.0;
+/// So far off are hardly any points of a curve from the nearest one, however randomly they lie: one in three thousand.
+const ALONE: f64 = 4.0;
+/// And in the plane, where a bend or a corner of a sparse part makes its points as round as those of an area; points strewn over the
+/// box are farther apart.
+const FAR_IN_PLANE: f64 = 8.0;
 /// Roundness above which a neighbourhood is no surface: that of points spread evenly through a ball is near 0.6, that of
 /// a surface, flat within its neighbourhood, below 0.1.
 const ROUND: f64 = 0.25;
@@ -175,6 +206,41 @@ mod tests {
         // Beside the border between the halves neighbours differ tenfold.
         assert!(wrong <= 20, "{wrong} of the sparse part");
         assert!(isolated[surface..].iter().all(|i| *i));
+    }
+
+    /// Which are isolated among points of a square, an eighth as many along its left half (but for those beside the border between the
+    /// halves, where neighbours differ eightfold), and some more.
+    fn isolated_beside_a_square(more: &[[f64; 2]]) -> (Vec<usize>, Vec<bool>) {
+        let side = |i: i32| {
+            let t = if i < 40 { 0.5 * f64::from(i) / 40.0 } else { 0.5 + 0.5 * f64::from(i - 40) / 320.0 };
+            [[t, 0.0], [t, 1.0]]
+        };
+        let mut points: Vec<[f64; 2]> = (0..360).flat_map(side).collect();
+        points.extend((1..80).map(|i| [0.0, f64::from(i) / 80.0]));
+        points.extend((1..640).map(|i| [1.0, f64::from(i) / 640.0]));
+        let square = points.len();
+        points.extend(more);
+        let isolated = Spacing::of(&points).isolated(&points);
+        let inner = |i: &usize| (points[*i][0] - 0.5).abs() > 0.05;
+        ((0..square).filter(|i| isolated[*i]).filter(inner).collect(), isolated[square..].to_vec())
+    }
+
+    #[test]
+    fn corners_of_a_sparse_outline_are_not_isolated() {
+        assert_eq!(isolated_beside_a_square(&[]).0, [0; 0]);
+    }
+
+    #[test]
+    fn points_beside_a_curve_are_isolated() {
+        let s = 1.0 / 640.0;
+        // Beside the dense part, inside and outside, and halfway; but not in a gap of the curve.
+        let beside = [[1.0 + 6.0 * s, 0.4], [1.0 - 6.0 * s, 0.6], [0.5, 0.5]];
+        let mut line: Vec<[f64; 2]> = (0..5).map(|i| [1.0 + f64::from(i + 1) * s, 1.0]).collect();
+        line.extend((0..20).map(|i| [1.0 + 12.0 * s + f64::from(i) * s, 1.0]));
+        let in_gap = [1.0 + 8.5 * s, 1.0];
+        let (square, found) = isolated_beside_a_square(&[&beside[..], &line, &[in_gap]].concat());
+        assert_eq!((square, &found[..3]), (vec![], &[true; 3][..]));
+        assert!(found[3..].iter().all(|isolated| !isolated), "{found:?}");
     }
 
     #[test]
