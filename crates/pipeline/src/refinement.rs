@@ -13,7 +13,7 @@ use crate::domain::Domain;
 use crate::error::ReconstructError;
 use crate::report::StageFigures;
 use crate::spacing::Spacing;
-use crate::strays::strays;
+use crate::strays::{Stray, strays};
 use crate::topology_changes::topology_changes;
 
 /// Cells on the finest level, in spacings of the points there. (Finer ones bring less than they cost; with three quarters Chamfer
@@ -73,7 +73,7 @@ const MOST_HELD_NOISY: f64 = 0.1;
 /// and from the second time on the noise is taken for larger by this share each time.
 const MORE_NOISE: f64 = 0.025;
 /// No more points than this share are dropped because the function has come to nothing around them,
-const MOST_STRAYS: f64 = 0.01;
+const MOST_STRAYS: f64 = 0.02;
 /// and changes are looked for so many spacings or cells, whatever is larger, around the points.
 const CHANGES: f64 = 2.0;
 
@@ -172,13 +172,13 @@ impl<const D: usize> Refinement<'_, D> {
         let Some(band) = self.band else { return Ok((self.on_one_lattice(initial)?, stray)) };
         let (mut sides, mut areas) = (trust_region::Sides::default(), self.areas());
         let left = if self.noise > OVERESTIMATED * self.spacing.typical { LEFT } else { 1.0 };
-        if self.points.len() < FEW {
-            return Ok((self.on_levels(initial, band, &sides, &areas, left * self.noise)?, stray));
+        let few = self.points.len() < FEW;
+        if !few {
+            sides.normals = normals(self.f_hat, self.points);
         }
-        sides.normals = normals(self.f_hat, self.points);
         let mut refined = self.on_levels(initial, band, &sides, &areas, left * self.noise)?;
         let mut known = None;
-        if left < 1.0 && !self.cancel.is_cancelled() {
+        if !few && left < 1.0 && !self.cancel.is_cancelled() {
             let found = self.changes(initial, &refined.0);
             if found.is_empty() {
                 known = Some(found);
@@ -191,7 +191,8 @@ impl<const D: usize> Refinement<'_, D> {
             if self.cancel.is_cancelled() {
                 break;
             }
-            let found = known.take().unwrap_or_else(|| self.changes(initial, &refined.0));
+            let found =
+                known.take().unwrap_or_else(|| if few { Vec::new() } else { self.changes(initial, &refined.0) });
             let changes = self.if_few(most_held, found);
             let dropped = self.if_few(MOST_STRAYS, self.strays(&refined.0, &stray));
             if changes.is_empty() && dropped.is_empty() {
@@ -206,8 +207,10 @@ impl<const D: usize> Refinement<'_, D> {
                 sides.places.push(place);
                 sides.bounds.push(HELD * value);
             }
-            for index in dropped {
+            for Stray { index, places, value } in dropped {
                 (stray[index], areas[index]) = (true, 0.0);
+                sides.bounds.extend(places.iter().map(|_| HELD * value));
+                sides.places.extend(places);
             }
             let noise = (1.0 + MORE_NOISE * (round - 1) as f64) * self.noise;
             refined = self.on_levels(initial, band, &sides, &areas, noise)?;
@@ -231,12 +234,23 @@ impl<const D: usize> Refinement<'_, D> {
     }
 
     /// Points with a speck to themselves that are not `known`; none where the points are noisy, and not fitted closely.
-    fn strays(&self, refined: &HierarchicalSpline<D>, known: &[bool]) -> Vec<usize> {
+    fn strays(&self, refined: &HierarchicalSpline<D>, known: &[bool]) -> Vec<Stray<D>> {
         if self.is_noisy() {
             return Vec::new();
         }
-        let found = strays(refined, self.points, &self.spacing.local);
-        (0..found.len()).filter(|i| found[*i] && !known[*i]).collect()
+        let Spacing { local, nearest, .. } = self.spacing;
+        let mut found = strays(refined, self.points, local);
+        let mut new = known.iter().map(|known| !known).collect::<Vec<_>>();
+        found.iter().for_each(|stray| new[stray.index] = false);
+        // Beside a curve the sixth neighbour, by which the spacing goes, may be hardly farther away than the nearest one.
+        let alone: Vec<usize> = (0..new.len()).filter(|i| new[*i] && nearest[*i] > local[*i]).collect();
+        let points: Vec<[f64; D]> = alone.iter().map(|i| self.points[*i]).collect();
+        let room: Vec<f64> = alone.iter().map(|i| nearest[*i]).collect();
+        found.retain(|stray| !known[stray.index]);
+        found.extend(
+            strays(refined, &points, &room).into_iter().map(|stray| Stray { index: alone[stray.index], ..stray }),
+        );
+        found
     }
 
     /// Where the refined function has another topology than the initial shape by mistake, with the latter's values. What joins and

@@ -11,6 +11,7 @@ mod invariance;
 mod knots;
 mod noise;
 mod open_surfaces;
+mod outlines;
 mod report_page;
 mod signed_distance;
 mod soak;

@@ -1,7 +1,7 @@
 //! Noise of a percent of the diagonal, which is most of the distance between points.
 
 use zeroset::bspline::Derivatives;
-use zeroset::{Options, extract_surface, reconstruct};
+use zeroset::{Options, Report, extract_surface, reconstruct};
 use zeroset_io::Points;
 use zeroset_tests::Random;
 
@@ -51,19 +51,24 @@ fn thin_torus() {
     comes_out_right(&torus(0.2, 8000, &mut Random(7)), 1, 0.17);
 }
 
+/// The result for points with noise of the given standard deviation, and its components and genus.
+fn with_noise(mut points: Vec<[f64; 3]>, noise: f64, random: &mut Random) -> (Report, (usize, i64)) {
+    points.iter_mut().flatten().for_each(|x| *x += noise * random.gaussian());
+    let mut result = reconstruct(&points, &Options::default()).unwrap();
+    let (_, topology) = extract_surface(&mut result).unwrap();
+    (result.report, (topology.components, topology.genus))
+}
+
 /// A torus whose hole is four to five spacings wide, with noise of 0.3 spacings: winding numbers are content with a shape that closes it, for
 /// the points around it are few.
 #[test]
 fn narrow_holes_stay_open() {
     for seed in 0..2 {
         let mut random = Random(seed);
-        let mut points = torus(0.8, 4000, &mut random);
         let noise = 0.3 * (4.0 * std::f64::consts::PI.powi(2) * 0.8 / 4000.0).sqrt();
-        points.iter_mut().flatten().for_each(|x| *x += noise * random.gaussian());
-        let mut result = reconstruct(&points, &Options::default()).unwrap();
-        let (_, topology) = extract_surface(&mut result).unwrap();
-        assert_eq!((topology.components, topology.genus), (1, 1), "{:?}", result.report.warnings);
-        assert_eq!(result.report.trust.off.points, 0);
+        let (report, topology) = with_noise(torus(0.8, 4000, &mut random), noise, &mut random);
+        assert_eq!(topology, (1, 1), "{:?}", report.warnings);
+        assert_eq!(report.trust.off.points, 0);
     }
 }
 
@@ -101,11 +106,8 @@ fn the_space_between_rods_stays_open() {
     let length = 8.0 * 0.9 + 6.0 * 1.2 + 6.0 * 0.8;
     for seed in 0..3 {
         let mut random = Random(seed);
-        let mut points = rods(0.1, 4000, &mut random);
         let noise = 0.3 * (std::f64::consts::TAU * 0.1 * length / 4000.0).sqrt();
-        points.iter_mut().flatten().for_each(|x| *x += noise * random.gaussian());
-        let mut result = reconstruct(&points, &Options::default()).unwrap();
-        let (_, topology) = extract_surface(&mut result).unwrap();
-        assert_eq!((topology.components, topology.genus), (1, 9), "seed {seed}: {:?}", result.report.warnings);
+        let (report, topology) = with_noise(rods(0.1, 4000, &mut random), noise, &mut random);
+        assert_eq!(topology, (1, 9), "seed {seed}: {:?}", report.warnings);
     }
 }
