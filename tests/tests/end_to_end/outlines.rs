@@ -56,7 +56,7 @@ fn loops(points: &[[f64; 2]]) -> (usize, Report) {
 }
 
 /// Eight times denser on one side than on the other: twelve neighbours among sparse teeth are as round as those of points strewn over an
-/// area, and 13 % of the points were taken for that.
+/// area, and were taken for that.
 #[test]
 fn the_sparse_side_of_a_gear_is_kept() {
     for seed in 0..3 {
