@@ -8,7 +8,7 @@
 //! assert!(verdict.is_ok(), "{verdict:?}");
 //! ```
 //!
-//! Guaranteed: everything follows from its seed, on every machine. Not here: shapes with a known exact answer, see `fixtures/`.
+//! Guaranteed: everything follows from its seed, on every machine. Not here: shapes with a known exact answer, see `fixtures/` and `cargo xtask shapes`.
 
 mod case;
 mod half_edges;

@@ -24,6 +24,16 @@ impl Random {
         (self.bits() >> 11) as f64 / (1u64 << 53) as f64
     }
 
+    /// Uniform between two numbers.
+    pub fn between(&mut self, from: f64, to: f64) -> f64 {
+        from + (to - from) * self.uniform()
+    }
+
+    /// Between two positive numbers, its logarithm uniform.
+    pub fn log_between(&mut self, from: f64, to: f64) -> f64 {
+        from * (to / from).powf(self.uniform())
+    }
+
     /// A whole number below `count`, which must not be 0.
     pub fn below(&mut self, count: usize) -> usize {
         // Far fewer than 2^64: no remainder is noticeably more frequent than another.
