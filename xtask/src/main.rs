@@ -1,5 +1,6 @@
 //! Project tasks: `cargo xtask bench`, `cargo xtask ci`, `cargo xtask compare`, `cargo xtask coverage`, `cargo xtask faults`,
-//! `cargo xtask foreign`, `cargo xtask golden`, `cargo xtask manual`, `cargo xtask paper`, `cargo xtask sample`, `cargo xtask soak`.
+//! `cargo xtask foreign`, `cargo xtask golden`, `cargo xtask manual`, `cargo xtask paper`, `cargo xtask sample`, `cargo xtask shapes`,
+//! `cargo xtask soak`.
 
 mod bench;
 mod ci;
@@ -11,6 +12,7 @@ mod golden;
 mod manual;
 mod paper;
 mod sample;
+mod shapes;
 mod soak;
 
 use std::path::Path;
@@ -53,6 +55,8 @@ enum Task {
     Paper,
     /// Draw random points from a triangle mesh, uniform by area: inputs of known shape, of any size.
     Sample(sample::Arguments),
+    /// Reconstruct random shapes that are known exactly, and see whether what comes out is right, or said not to be.
+    Shapes(shapes::Arguments),
     /// Make random small reconstructions, and look for what must not happen: panics, hangs, faulty meshes, results that differ.
     Soak(soak::Arguments),
 }
@@ -72,6 +76,7 @@ fn main() -> ExitCode {
         Task::Paper if cfg!(debug_assertions) => in_release("paper"),
         Task::Paper => paper::run(&root),
         Task::Sample(arguments) => sample::run(&arguments),
+        Task::Shapes(arguments) => shapes::run(&arguments),
         Task::Soak(arguments) => soak::run(&arguments),
     };
     match result {
