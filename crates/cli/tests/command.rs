@@ -78,9 +78,9 @@ fn a_circle_in_every_format() {
     let again = serde_json::to_string_pretty(&report).unwrap();
     assert_eq!(again.lines().count(), text.lines().count(), "no entry is there twice");
     let stages: Vec<&str> = report["stages"].as_array().unwrap().iter().map(|s| s["stage"].as_str().unwrap()).collect();
-    assert_eq!(stages, ["ladder", "distance", "sign", "initial-shape", "refinement", "extraction"]);
+    assert_eq!(stages, ["ladder", "distance", "sign", "initial-shape", "refinement", "redistancing", "extraction"]);
     assert_eq!(report["input"]["points"], 60);
-    assert_eq!(report["stages"][5]["topology"]["loops"], 1);
+    assert_eq!(report["stages"][6]["topology"]["loops"], 1);
     assert!(report["stages"].as_array().unwrap().iter().all(|s| s["seconds"].as_f64().unwrap() >= 0.0));
 }
 

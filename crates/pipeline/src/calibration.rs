@@ -36,9 +36,24 @@ pub struct DistanceFigures {
     pub largest_error: f64,
 }
 
-/// f, multiplied so that away from the points `|f|` is the distance from the surface in the median, and how much it differs from that.
-/// `distance` is that from the points, on the nodes of the lattice after `halvings`; `spacing` is theirs. Where the points leave too little
-/// room f stays as it is.
+/// |f| and the distance from the surface on nodes away from the points. `distance` is that from the points, on the nodes of the lattice after
+/// `halvings`; `spacing` is theirs.
+fn compared<const D: usize>(
+    spline: &HierarchicalSpline<D>,
+    domain: &Domain<D>,
+    halvings: u32,
+    distance: &ArrayD<f64>,
+    spacing: f64,
+) -> Vec<[f64; 2]> {
+    let nodes = Nodes::new(domain, halvings);
+    let far: Vec<(usize, f64)> = distance.iter().copied().enumerate().filter(|(_, d)| *d >= CLEAR * spacing).collect();
+    let step = far.len().div_ceil(MANY).max(1);
+    let pair = |&(flat, d): &(usize, f64)| [spline.value(&nodes.at(flat)).abs(), from_surface::<D>(d, spacing)];
+    far.iter().step_by(step).map(pair).collect()
+}
+
+/// f, multiplied so that away from the points `|f|` is the distance from the surface in the median. `distance` is that from the points, on
+/// the nodes of the lattice after `halvings`; `spacing` is theirs. Where the points leave too little room f stays as it is.
 ///
 /// # Errors
 /// None in practice: the factor is finite and positive.
@@ -47,36 +62,37 @@ pub fn calibrated<const D: usize>(
     domain: &Domain<D>,
     halvings: u32,
     distance: &ArrayD<f64>,
-    (points, spacing): (&[[f64; D]], f64),
-) -> Result<(HierarchicalSpline<D>, DistanceFigures), HierarchyError> {
-    let nodes = Nodes::new(domain, halvings);
-    let far: Vec<(usize, f64)> = distance.iter().copied().enumerate().filter(|(_, d)| *d >= CLEAR * spacing).collect();
-    let step = far.len().div_ceil(MANY).max(1);
-    let compared: Vec<[f64; 2]> = far
-        .iter()
-        .step_by(step)
-        .map(|&(flat, d)| [spline.value(&nodes.at(flat)).abs(), from_surface::<D>(d, spacing)])
-        .collect();
+    spacing: f64,
+) -> Result<HierarchicalSpline<D>, HierarchyError> {
+    let compared = compared(&spline, domain, halvings, distance, spacing);
     let mut ratios: Vec<f64> =
         compared.iter().map(|[value, d]| value / d).filter(|ratio| ratio.is_finite() && *ratio > 0.0).collect();
-    let factor = if ratios.len() < ENOUGH {
-        1.0
-    } else {
-        ratios.sort_by(f64::total_cmp);
-        1.0 / ratios[ratios.len() / 2]
-    };
-    let spline = if factor == 1.0 { spline } else { spline.scaled(factor)? };
+    if ratios.len() < ENOUGH {
+        return Ok(spline);
+    }
+    ratios.sort_by(f64::total_cmp);
+    spline.scaled(1.0 / ratios[ratios.len() / 2])
+}
+
+/// How much f differs from its own distance.
+pub fn distance_figures<const D: usize>(
+    spline: &HierarchicalSpline<D>,
+    domain: &Domain<D>,
+    halvings: u32,
+    distance: &ArrayD<f64>,
+    (points, spacing): (&[[f64; D]], f64),
+) -> DistanceFigures {
+    let compared = compared(spline, domain, halvings, distance, spacing);
     let cell = domain.spacing(halvings);
-    let errors = compared.iter().map(|[value, d]| (factor * value - d).abs() / cell);
-    let [slope, slope_error] = slopes(&spline, points, spacing);
-    let figures = DistanceFigures {
+    let errors = compared.iter().map(|[value, d]| (value - d).abs() / cell);
+    let [slope, slope_error] = slopes(spline, points, spacing);
+    DistanceFigures {
         slope,
         slope_error,
         nodes: compared.len(),
         error: errors.clone().sum::<f64>() / compared.len().max(1) as f64,
         largest_error: errors.fold(0.0, f64::max),
-    };
-    Ok((spline, figures))
+    }
 }
 
 /// Means of ‖∇f‖, and of its difference from 1, near the points.
@@ -98,7 +114,7 @@ fn slopes<const D: usize>(spline: &HierarchicalSpline<D>, points: &[[f64; D]], s
 /// The distance from a plane (a line in 2D) whose samples are a distance d away: beside the foot of the perpendicular the nearest of
 /// random samples lies at a mean square of s²/π on a surface, s²/2 on a curve, s being the side of the square, or the length, that each has
 /// to itself.
-fn from_surface<const D: usize>(d: f64, spacing: f64) -> f64 {
+pub(crate) fn from_surface<const D: usize>(d: f64, spacing: f64) -> f64 {
     let beside = if D == 2 { 0.5 } else { std::f64::consts::FRAC_1_PI } * spacing * spacing;
     (d * d - beside).sqrt()
 }
@@ -120,12 +136,15 @@ mod tests {
             (nodes[0][i[0]].powi(2) + spacing * spacing / std::f64::consts::PI).sqrt()
         });
         let points = [[0.0, 0.1, 0.2], [0.0, -0.3, 0.0]];
-        let (found, figures) = calibrated(plane.clone(), &domain, 1, &distance, (&points, spacing)).unwrap();
+        let figures_of = |f, spacing| distance_figures(f, &domain, 1, &distance, (&points, spacing));
+        let found = calibrated(plane.clone(), &domain, 1, &distance, spacing).unwrap();
+        let figures = figures_of(&found, spacing);
         assert!((found.value(&[0.25, 0.1, 0.0]) - 0.25).abs() < 1e-12, "{}", found.value(&[0.25, 0.1, 0.0]));
         assert!(figures.nodes > 64 && figures.largest_error < 1e-12, "rounding: {figures:?}");
         assert!((figures.slope - 1.0).abs() < 1e-12 && figures.slope_error < 1e-12, "rounding: {figures:?}");
         // Points everywhere leave nothing to measure on.
-        let (same, figures) = calibrated(plane.clone(), &domain, 1, &distance, (&points, 1.0)).unwrap();
+        let same = calibrated(plane.clone(), &domain, 1, &distance, 1.0).unwrap();
+        let figures = figures_of(&same, 1.0);
         assert_eq!((same, figures.nodes), (plane, 0));
         assert!((figures.slope - 1.3).abs() < 1e-12 && (figures.slope_error - 0.3).abs() < 1e-12, "{figures:?}");
     }

@@ -64,6 +64,7 @@ mod options;
 mod oriented;
 mod point;
 mod reconstruct;
+mod redistancing;
 mod refinement;
 mod repetitions;
 mod report;

@@ -8,7 +8,7 @@ use zeroset_gefm::{self as gefm, KnownNormals};
 use zeroset_lsq_init as lsq_init;
 use zeroset_watch::{CancelToken, Watch};
 
-use crate::calibration::calibrated;
+use crate::calibration::{calibrated, distance_figures};
 use crate::crossings::{Closeness, crossings, gaps};
 use crate::denoising::denoised;
 use crate::domain::Domain;
@@ -21,6 +21,7 @@ use crate::memory::{self, Counts};
 use crate::one_sided::turning;
 use crate::options::{Normals, Options, Topology};
 use crate::point::{Point, Reconstruct};
+use crate::redistancing::Redistancing;
 use crate::refinement::{self, Refinement};
 use crate::report::{DistanceReport, FrameReport, InputReport, REPORT_VERSION, Report, StageFigures, StageReport};
 use crate::sign::{SignReport, synthesize};
@@ -275,7 +276,21 @@ pub(crate) fn road<const D: usize>(
         (HierarchicalSpline::new(initial)?, None)
     };
 
-    let (spline, distance) = calibrated(spline, &domain, halvings, &distance, (few, fitted_spacing.typical))?;
+    let mut spline = calibrated(spline, &domain, halvings, &distance, fitted_spacing.typical)?;
+    if let Some(band) = &band {
+        let settings = Redistancing {
+            points: &fitted,
+            spacing: &fitted_spacing,
+            noise,
+            domain: &domain,
+            halvings,
+            band,
+            distance: &distance,
+            cancel: &watch.cancel,
+        };
+        spline = road.stage("redistancing", || settings.run(spline))?;
+    }
+    let distance = distance_figures(&spline, &domain, halvings, &distance, (few, fitted_spacing.typical));
 
     let coarse = domain.knots(options.degree, 0)?;
     let trust = trust::judge(&spline, (&fitted, &fitted_spacing), (few, few_spacing), noise, &coarse, &frame)?;

@@ -130,6 +130,8 @@ pub enum StageFigures {
     Refinement(zeroset_trust_region::LevelsReport),
     /// Dynamic reconstruction on one lattice, for degrees other than 3.
     DenseRefinement(zeroset_trust_region::Report),
+    /// Redistancing: unit slopes on the zero set.
+    Redistancing(zeroset_trust_region::RedistanceReport),
     /// Extraction of the zero set.
     Extraction(ExtractionReport),
 }
@@ -145,6 +147,7 @@ impl StageFigures {
             Self::InitialShape(_) => "initial-shape",
             Self::Refinement(_) => "refinement",
             Self::DenseRefinement(_) => "dense-refinement",
+            Self::Redistancing(_) => "redistancing",
             Self::Extraction(_) => "extraction",
         }
     }

@@ -78,6 +78,11 @@ fn told(figures: &StageFigures) -> String {
             counted(refinement.iterations.len(), "iteration"),
             count(refinement.held_out_points)
         ),
+        StageFigures::Redistancing(redistancing) => format!(
+            "made it a distance around its zero set: slopes off 1 by {} there, {} before",
+            figure(redistancing.slope_rms[1]),
+            figure(redistancing.slope_rms[0])
+        ),
         StageFigures::Extraction(extraction) => {
             format!("found the zero set in {} cells", count(extraction.found.cells))
         }
