@@ -277,6 +277,10 @@ pub(crate) fn road<const D: usize>(
     };
 
     let mut spline = calibrated(spline, &domain, halvings, &distance, fitted_spacing.typical)?;
+
+    let coarse = domain.knots(options.degree, 0)?;
+    let trust = trust::judge(&spline, (&fitted, &fitted_spacing), (few, few_spacing), noise, &coarse, &frame)?;
+    // What hangs on little is seen where f hardly leaves zero: afterwards it is as far from it as a distance would be.
     if let Some(band) = &band {
         let settings = Redistancing {
             points: &fitted,
@@ -291,9 +295,6 @@ pub(crate) fn road<const D: usize>(
         spline = road.stage("redistancing", || settings.run(spline))?;
     }
     let distance = distance_figures(&spline, &domain, halvings, &distance, (few, fitted_spacing.typical));
-
-    let coarse = domain.knots(options.degree, 0)?;
-    let trust = trust::judge(&spline, (&fitted, &fitted_spacing), (few, few_spacing), noise, &coarse, &frame)?;
     let (warning, mut doubt) = trust::verdict::<D>(&trust, options.open);
     if doubt.is_none() && fill_volume(&fitted) {
         let (shape, body) = (shape_name(D), if D == 2 { "an area" } else { "a volume" });
