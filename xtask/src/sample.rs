@@ -30,6 +30,9 @@ pub struct Arguments {
     /// Standard deviation of Gaussian noise along the triangles' normals, in the mesh's unit
     #[arg(long, value_name = "SIGMA", default_value_t = 0.0, allow_negative_numbers = true)]
     noise: f64,
+    /// Number of points besides, strewn over the mesh's bounding box, a fifth larger
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    strays: usize,
     /// Where to write the points (.ply)
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
@@ -37,19 +40,28 @@ pub struct Arguments {
 
 /// Samples and writes.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let &Arguments { points: count, seed, noise, .. } = arguments;
+    let &Arguments { points: count, seed, noise, strays, .. } = arguments;
     if !(1..=MOST_POINTS).contains(&count) {
         bail!("--points {count}: it must be between 1 and {MOST_POINTS}");
     }
     if !(noise.is_finite() && noise >= 0.0) {
         bail!("--noise {noise}: a length of zero or more is needed");
     }
+    if strays > MOST_POINTS {
+        bail!("--strays {strays}: it must be {MOST_POINTS} at most");
+    }
     let (mesh, output) = (&arguments.mesh, &arguments.output);
     let surface = triangles::read(mesh).and_then(Surface::new).with_context(|| mesh.display().to_string())?;
     let mut random = Random(seed);
-    let points: Vec<[f64; 3]> = (0..count).map(|_| surface.point(&mut random, noise)).collect();
+    let mut points: Vec<[f64; 3]> = (0..count).map(|_| surface.point(&mut random, noise)).collect();
+    points.extend(surface.strays(strays, &mut random));
     zeroset_io::write_points(output, &points)?;
     let triangles = surface.triangles().len();
-    eprintln!("wrote {}: {count} points of {triangles} triangles of area {:.6}", output.display(), surface.area());
+    eprintln!(
+        "wrote {}: {} points of {triangles} triangles of area {:.6}",
+        output.display(),
+        points.len(),
+        surface.area()
+    );
     Ok(())
 }

@@ -12,7 +12,7 @@ use crate::domain::Domain;
 use crate::error::ReconstructError;
 use crate::marching::{CUT, MANY_FOR_SAG};
 use crate::options::{Options, Topology};
-use crate::reconstruct::FINEST_RUNG;
+use crate::sides::FINEST_RUNG;
 use crate::spacing::Spacing;
 use crate::thinning::ENOUGH;
 

@@ -4,9 +4,8 @@ use std::time::Instant;
 
 use zeroset_bspline::{CellBand, Derivatives, HierarchicalSpline, Spline};
 use zeroset_eikonal_sweep::{self as eikonal_sweep, Lattice};
-use zeroset_gefm::{self as gefm, KnownNormals};
 use zeroset_lsq_init as lsq_init;
-use zeroset_watch::{CancelToken, Watch};
+use zeroset_watch::Watch;
 
 use crate::calibration::{calibrated, distance_figures};
 use crate::crossings::{Closeness, crossings, gaps};
@@ -19,11 +18,12 @@ use crate::hole_filling::{Filling, fill_holes};
 use crate::known_normals::Known;
 use crate::memory::{self, Counts};
 use crate::one_sided::turning;
-use crate::options::{Normals, Options, Topology};
+use crate::options::{Options, Topology};
 use crate::point::{Point, Reconstruct};
 use crate::redistancing::Redistancing;
 use crate::refinement::{self, Refinement};
 use crate::report::{DistanceReport, FrameReport, InputReport, REPORT_VERSION, Report, StageFigures, StageReport};
+use crate::sides::{SideSearch, Sides};
 use crate::sign::{SignReport, synthesize};
 use crate::sign_field::sign_field;
 use crate::spacing::Spacing;
@@ -70,7 +70,7 @@ const ROUNDS: usize = 4;
 /// as long as a larger share than this is found: the tips of sparse parts would be worn away.
 const MANY_ISOLATED: f64 = 0.005;
 /// If a larger share of the points are isolated, they are the shape.
-const MOST_ISOLATED: f64 = 0.25;
+pub(crate) const MOST_ISOLATED: f64 = 0.25;
 /// Above this share of points that were left out a warning is given: what strays there are among points of one surface are fewer, and more
 /// are often a part of it that is far sparser than the rest.
 const MOST_LEFT_OUT: f64 = 0.04;
@@ -78,8 +78,6 @@ const MOST_LEFT_OUT: f64 = 0.04;
 const CHEAP_CELLS: usize = 128;
 /// In space it has no more cubic coefficients than so many times the number of points.
 const MOST_COEFFICIENTS: f64 = 450.0;
-/// The finest lattice of the topology stage, in halvings of the coarsest.
-pub(crate) const FINEST_RUNG: u32 = 2;
 /// Below this share of zero-set edges with data nearby, a warning is given.
 const SUPPORT_EXPECTED: f64 = 0.7;
 /// An open surface whose sides meet at more of its points is not to be trusted.
@@ -175,15 +173,22 @@ pub(crate) fn road<const D: usize>(
     let band = band.map(|band| band.shallower(memory.levels));
     let mut road = Road { stages: Vec::new(), watch };
 
+    let name = if options.topology == Topology::Paper { "topology" } else { "ladder" };
+    let search = SideSearch {
+        domain: &domain,
+        halvings,
+        options,
+        known: known.map(|known| (known, &frame)),
+        cancel: &watch.cancel,
+    };
+    let known_strays = distinct.len() - heard.len();
+    let Sides { f_hat, calibration, ratio, noise, strays } =
+        road.stage(name, || search.run(&heard, &spacing, known_strays))?;
+    mark(&mut outliers, &strays);
+    let (heard, spacing) = without(&heard, &strays, spacing.clone());
     let few = thinned(&heard, spacing.typical).map(|few| (Spacing::of(&few), few));
     let (few_spacing, few) = few.as_ref().map_or((&spacing, &heard), |(spacing, few)| (spacing, few));
-    let (f_hat, calibration, ratio) =
-        road.stage(if options.topology == Topology::Paper { "topology" } else { "ladder" }, || {
-            let normals = || known.map(|known| known.of(few, &frame));
-            topology((few, few_spacing), spacing.typical, normals, &domain, halvings, options, &watch.cancel)
-        })?;
 
-    let noise = gefm::noise_deviation(&f_hat, &heard);
     let band = match band {
         Some(band) if refinement::is_deep(noise, &spacing) => {
             let wide = refinement::band(&heard, &spacing, &domain, halvings, levels, true)?;
@@ -428,12 +433,12 @@ pub fn coarse_cells<const D: usize>(spacing: &Spacing) -> usize {
 }
 
 /// Marks more members: `found` says which of those that were not marked before.
-fn mark(marks: &mut [bool], found: &[bool]) {
+pub(crate) fn mark(marks: &mut [bool], found: &[bool]) {
     marks.iter_mut().filter(|mark| !**mark).zip(found).for_each(|(mark, found)| *mark = *found);
 }
 
 /// Those of the points that are not `off`, with their spacing, where `spacing` is that of all.
-fn without<const D: usize>(points: &[[f64; D]], off: &[bool], spacing: Spacing) -> (Vec<[f64; D]>, Spacing) {
+pub(crate) fn without<const D: usize>(points: &[[f64; D]], off: &[bool], spacing: Spacing) -> (Vec<[f64; D]>, Spacing) {
     let kept = kept(points, off);
     let spacing = if kept.len() < points.len() { Spacing::of(&kept) } else { spacing };
     (kept, spacing)
@@ -509,46 +514,6 @@ fn lattices<const D: usize>(frame: &Frame<D>, spacing: &Spacing, margin: f64, op
     }
 }
 
-fn topology<const D: usize>(
-    (points, spacing): (&[[f64; D]], &Spacing),
-    detail: f64,
-    normals: impl FnOnce() -> Option<Vec<[f64; D]>>,
-    domain: &Domain<D>,
-    halvings: u32,
-    options: &Options,
-    cancel: &CancelToken,
-) -> Result<((Spline<D>, f64, f64), StageFigures), ReconstructError> {
-    match options.topology {
-        Topology::Continuation => {
-            let normals = match options.normals {
-                Normals::Ignore => None,
-                Normals::Hint => normals().map(KnownNormals::Hint),
-                Normals::Trust => normals().map(KnownNormals::Trust),
-            };
-            let settings = gefm::LadderOptions {
-                last: 1 + halvings.min(FINEST_RUNG),
-                normals: normals.unwrap_or_default(),
-                cancel: cancel.clone(),
-                detail,
-                ..gefm::LadderOptions::new(spacing.typical, spacing.density)
-            };
-            let (f_hat, _, report) = gefm::climb(points, &spacing.areas, &domain.bottom(options.degree)?, &settings)?;
-            let calibration = report.choice().map_or(1.0, |choice| choice.judgement.calibration);
-            let ratio = report.choice().map_or(0.4, |choice| choice.ratio);
-            Ok(((f_hat, calibration, ratio), StageFigures::Ladder(report)))
-        }
-        Topology::Paper => {
-            // Below the spacing, so that close walls stay apart, but not below what the lattice can resolve.
-            let smoothing_length = (0.4 * spacing.typical).max(0.1 * domain.spacing);
-            let mut settings = gefm::Options { smoothing_length, density: spacing.density, ..gefm::Options::paper() };
-            settings.continuation.cancel = cancel.clone();
-            let knots = domain.knots(options.degree, 0)?;
-            let (f_hat, report) = gefm::fit(points, &spacing.areas, &knots, &settings)?;
-            Ok(((f_hat, 1.0, 0.4), StageFigures::Topology(report)))
-        }
-    }
-}
-
 fn unsigned_distance<const D: usize>(
     points: &[[f64; D]],
     domain: &Domain<D>,
@@ -602,7 +567,7 @@ fn warnings(stages: &[StageReport], open: bool) -> Vec<String> {
 mod tests {
     use std::cell::RefCell;
 
-    use zeroset_watch::Progress;
+    use zeroset_watch::{CancelToken, Progress};
 
     use super::*;
 

@@ -4,13 +4,14 @@ use std::ops::ControlFlow;
 
 use ndarray::ArrayD;
 use tracing::debug;
-use zeroset_bspline::{CellBand, Derivatives, HierarchicalSpline, Spline, levels_for_spacing};
+use zeroset_bspline::{CellBand, HierarchicalSpline, Spline, levels_for_spacing};
 use zeroset_trust_region as trust_region;
 use zeroset_watch::CancelToken;
 
 use crate::anchor;
 use crate::domain::Domain;
 use crate::error::ReconstructError;
+use crate::normals::normals;
 use crate::report::StageFigures;
 use crate::spacing::Spacing;
 use crate::strays::{Stray, strays};
@@ -52,6 +53,8 @@ const LEFT: f64 = 0.97;
 const PATIENT_ABOVE: f64 = 0.5;
 /// Held-out points this close, in spacings, leave nothing to see: of a perfectly smooth shape finer levels would go on forever.
 const CLOSE_ENOUGH: f64 = 1e-4;
+/// Where the gradient of f̂ is below this share of its mean, it does not tell the side.
+const TELLING: f64 = 0.3;
 /// The first smoothing length, in that of the ladder's choice, and at least so many standard deviations of the noise.
 const FIRST_LENGTH: f64 = 2.0;
 const FIRST_LENGTH_NOISE: f64 = 3.0;
@@ -110,21 +113,6 @@ fn worthwhile(levels: &[u8]) -> u8 {
     sorted.get((WORTHWHILE * levels.len() as f64) as usize).copied().unwrap_or(0)
 }
 
-/// Where the gradient of f̂ is below this share of its mean, it does not tell the side.
-const TELLING: f64 = 0.3;
-
-/// Unit normals from f̂, which knows which wall is which where they are thinner than the cells; zero where it does not.
-fn normals<const D: usize>(f_hat: &Spline<D>, points: &[[f64; D]]) -> Vec<[f64; D]> {
-    let gradients = f_hat.evaluate(points, Derivatives::Gradient).gradients;
-    let length = |g: &[f64; D]| g.iter().map(|g| g * g).sum::<f64>().sqrt();
-    let least = TELLING * gradients.iter().map(length).sum::<f64>() / gradients.len() as f64;
-    let normal = |g: &[f64; D]| {
-        let length = length(g);
-        g.map(|g| if length > least { g / length } else { 0.0 })
-    };
-    gradients.iter().map(normal).collect()
-}
-
 /// Cells on the finest level, in spacings: what they cost grows with their number, which in the plane is never large.
 fn finest_cell<const D: usize>(points: usize) -> f64 {
     let coarsened = if D == 3 { (points as f64 / MANY).sqrt().clamp(1.0, COARSENED) } else { 1.0 };
@@ -174,7 +162,8 @@ impl<const D: usize> Refinement<'_, D> {
         let left = if self.noise > OVERESTIMATED * self.spacing.typical { LEFT } else { 1.0 };
         let few = self.points.len() < FEW;
         if !few {
-            sides.normals = normals(self.f_hat, self.points);
+            // f̂ knows which wall is which where they are thinner than the cells.
+            sides.normals = normals(self.f_hat, self.points, TELLING);
         }
         let mut refined = self.on_levels(initial, band, &sides, &areas, left * self.noise)?;
         let mut known = None;

@@ -141,7 +141,7 @@ const ALONE: f64 = 4.0;
 const FAR_IN_PLANE: f64 = 8.0;
 /// Roundness above which a neighbourhood is no surface: that of points spread evenly through a ball is near 0.6, that of
 /// a surface, flat within its neighbourhood, below 0.1.
-const ROUND: f64 = 0.25;
+pub(crate) const ROUND: f64 = 0.25;
 
 /// How evenly some points spread in all directions: `det C / (tr C / D)^D` of their covariance C, from 0 (flat) to 1.
 pub(crate) fn roundness<const D: usize>(points: &[[f64; D]], indices: &[usize]) -> f64 {

@@ -243,7 +243,7 @@ fn a_klein_bottle() {
 #[test]
 fn a_closed_surface_with_a_boundary_inside() {
     let answer = surface(in_space(Shape3::SphereWithSheet, 600), false).unwrap();
-    assert!(answer.warns_of("on one side of the result together"), "{:?}", answer.report);
+    assert!(answer.warns_of("lie off the result"), "{:?}", answer.report);
     let answer = curve(in_the_plane(Shape2::CircleWithChord, 200), false).unwrap();
     assert!(answer.doubts("no trustworthy"), "{:?}", answer.report);
 }

@@ -15,4 +15,5 @@ mod outlines;
 mod report_page;
 mod signed_distance;
 mod soak;
+mod strays;
 mod tori;

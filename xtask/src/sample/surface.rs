@@ -64,7 +64,21 @@ impl Surface {
         }
         point
     }
+
+    /// Points anywhere in the bounding box, a fifth larger.
+    pub fn strays(&self, count: usize, random: &mut Random) -> Vec<[f64; 3]> {
+        let corners = || self.triangles.iter().flatten();
+        let sides: [[f64; 2]; 3] = std::array::from_fn(|k| {
+            let low = corners().map(|corner| corner[k]).fold(f64::INFINITY, f64::min);
+            let high = corners().map(|corner| corner[k]).fold(f64::NEG_INFINITY, f64::max);
+            [0.5 * (low + high), 0.5 * ROOM * (high - low)]
+        });
+        (0..count).map(|_| sides.map(|[middle, half]| random.between(middle - half, middle + half))).collect()
+    }
 }
+
+/// How much larger than the bounding box the one is over which strays are strewn.
+const ROOM: f64 = 1.2;
 
 /// Twice the area along the normal that corners in counter-clockwise order show towards.
 pub fn normal([a, b, c]: &Triangle) -> [f64; 3] {

@@ -19,7 +19,7 @@ const MESH: &str = "ply\nformat ascii 1.0\nelement vertex 9\nproperty float x\np
 
 fn arguments(mesh: PathBuf, points: usize, seed: u64, noise: f64) -> Arguments {
     let output = mesh.with_file_name(format!("{points}-{seed}-{noise}.ply"));
-    Arguments { mesh, points, seed, noise, output }
+    Arguments { mesh, points, seed, noise, strays: 0, output }
 }
 
 fn file(folder: &Path, text: &str) -> PathBuf {
@@ -47,6 +47,27 @@ fn place(point: &[f64; 3], triangle: &Triangle) -> ([f64; 3], f64) {
     });
     let from = std::array::from_fn(|k| point[k] - triangle[0][k]);
     (weights, dot(&from, &whole) / length(&whole))
+}
+
+#[test]
+fn strays_are_strewn_over_a_larger_box() {
+    let folder = tempfile::tempdir().unwrap();
+    let mesh = file(folder.path(), MESH);
+    let corners: Vec<[f64; 3]> = triangles::read(&mesh).unwrap().into_iter().flatten().collect();
+    let points = sampled(&Arguments { strays: 4000, ..arguments(mesh, 10, 3, 0.0) });
+    assert_eq!(points.len(), 4010);
+    for k in 0..3 {
+        let ends = |all: &[[f64; 3]]| {
+            let values = || all.iter().map(|p| p[k]);
+            [values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max)]
+        };
+        let ([low, high], [least, most]) = (ends(&corners), ends(&points[10..]));
+        let beyond = 0.1 * (high - low);
+        // The chance that none of 4000 lies in the last hundredth of a side is 4e-18.
+        let near = 0.012 * (high - low);
+        assert!(low - beyond <= least && least <= low - beyond + near, "{k}: {least}");
+        assert!(high + beyond - near <= most && most <= high + beyond, "{k}: {most}");
+    }
 }
 
 #[test]

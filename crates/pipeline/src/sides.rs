@@ -1,0 +1,139 @@
+//! The topology stage: f̂, whose sign tells inside from outside, and the points that turn out to lie beside its surface.
+//!
+//! Strays pull at f̂ like other points. Those that the others do not foretell are taken out and f̂ is found again, from its own normals, as in
+//! iteratively reweighted least squares with weights of one and zero, until there are none.
+
+use zeroset_bspline::{Derivatives, Spline};
+use zeroset_gefm::{self as gefm, KnownNormals};
+use zeroset_watch::CancelToken;
+
+use crate::domain::Domain;
+use crate::error::ReconstructError;
+use crate::frame::Frame;
+use crate::known_normals::Known;
+use crate::leave_one_out::LeaveOneOut;
+use crate::normals::normals;
+use crate::options::{Normals, Options, Topology};
+use crate::reconstruct::{MOST_ISOLATED, mark, without};
+use crate::report::StageFigures;
+use crate::spacing::Spacing;
+use crate::thinning::thinned;
+
+/// The finest lattice of the topology stage, in halvings of the coarsest.
+pub const FINEST_RUNG: u32 = 2;
+/// f̂ is found so often at most.
+const ROUNDS: usize = 3;
+/// No larger share of the points than this, left out, would change it.
+const A_FEW: f64 = 0.0005;
+
+/// Below this share of its mean the gradient of f̂ has no direction. (Beside strays it is weak, but tells the normal.)
+const FLAT: f64 = 0.05;
+
+/// What the stage leaves; frame units.
+pub struct Sides<const D: usize> {
+    pub f_hat: Spline<D>,
+    /// By what winding numbers are divided.
+    pub calibration: f64,
+    /// The smoothing length of f̂ in spacings.
+    pub ratio: f64,
+    /// Standard deviation of the points' distances from their surface.
+    pub noise: f64,
+    /// Which of the points are strays.
+    pub strays: Vec<bool>,
+}
+
+type Fit<const D: usize> = ((Spline<D>, f64, f64), StageFigures);
+
+/// What the search depends on besides the points.
+pub struct SideSearch<'a, const D: usize> {
+    pub domain: &'a Domain<D>,
+    /// From the coarsest lattice to that of the initial shape.
+    pub halvings: u32,
+    pub options: &'a Options,
+    /// Normals that come with the points.
+    pub known: Option<(Known<'a, D>, &'a Frame<D>)>,
+    /// Ends the search early.
+    pub cancel: &'a CancelToken,
+}
+
+impl<const D: usize> SideSearch<'_, D> {
+    /// Finds f̂ for points, of which so many `known` strays have been left out before.
+    pub fn run(
+        &self,
+        points: &[[f64; D]],
+        spacing: &Spacing,
+        known: usize,
+    ) -> Result<(Sides<D>, StageFigures), ReconstructError> {
+        let (mut heard, mut spacing) = (points.to_vec(), spacing.clone());
+        let (mut strays, mut round) = (vec![false; points.len()], 1);
+        let mut before = None;
+        loop {
+            let ((f_hat, calibration, ratio), figures) = self.fit(&heard, &spacing, before.as_ref())?;
+            let noise = gefm::noise_deviation(&f_hat, &heard);
+            let left_out = known + points.len() - heard.len();
+            let found = LeaveOneOut::new(&heard, &spacing).strays(&normals(&f_hat, &heard, FLAT), noise, left_out);
+            let count = found.iter().filter(|stray| **stray).count() as f64;
+            // So many are a part of the shape that f̂ has not got.
+            let too_many = count > MOST_ISOLATED * heard.len() as f64;
+            if !too_many {
+                mark(&mut strays, &found);
+            }
+            if too_many || round == ROUNDS || count <= A_FEW * heard.len() as f64 {
+                return Ok((Sides { f_hat, calibration, ratio, noise, strays }, figures));
+            }
+            (heard, spacing) = without(&heard, &found, spacing);
+            (before, round) = (Some(f_hat), round + 1);
+        }
+    }
+
+    /// One f̂, its calibration and smoothing length, for points of which enough are heard; `before` is an earlier one.
+    fn fit(
+        &self,
+        points: &[[f64; D]],
+        spacing: &Spacing,
+        before: Option<&Spline<D>>,
+    ) -> Result<Fit<D>, ReconstructError> {
+        let few = thinned(points, spacing.typical).map(|few| (Spacing::of(&few), few));
+        let detail = spacing.typical;
+        let (spacing, points) = few.as_ref().map_or((spacing, points), |(spacing, few)| (spacing, few));
+        let Self { domain, halvings, options, cancel, .. } = *self;
+        match options.topology {
+            Topology::Continuation => {
+                let settings = gefm::LadderOptions {
+                    last: 1 + halvings.min(FINEST_RUNG),
+                    normals: self.normals(points, before),
+                    cancel: cancel.clone(),
+                    detail,
+                    ..gefm::LadderOptions::new(spacing.typical, spacing.density)
+                };
+                let (f_hat, _, report) =
+                    gefm::climb(points, &spacing.areas, &domain.bottom(options.degree)?, &settings)?;
+                let calibration = report.choice().map_or(1.0, |choice| choice.judgement.calibration);
+                let ratio = report.choice().map_or(0.4, |choice| choice.ratio);
+                Ok(((f_hat, calibration, ratio), StageFigures::Ladder(report)))
+            }
+            Topology::Paper => {
+                // Below the spacing, so that close walls stay apart, but not below what the lattice can resolve.
+                let smoothing_length = (0.4 * spacing.typical).max(0.1 * domain.spacing);
+                let mut settings =
+                    gefm::Options { smoothing_length, density: spacing.density, ..gefm::Options::paper() };
+                settings.continuation.cancel = cancel.clone();
+                let knots = domain.knots(options.degree, 0)?;
+                let (f_hat, report) = gefm::fit(points, &spacing.areas, &knots, &settings)?;
+                Ok(((f_hat, 1.0, 0.4), StageFigures::Topology(report)))
+            }
+        }
+    }
+
+    /// What is known of the normals: what came with the points if it is to be trusted, otherwise what an earlier f̂ makes of them.
+    fn normals(&self, points: &[[f64; D]], before: Option<&Spline<D>>) -> KnownNormals<D> {
+        let given = || self.known.map(|(known, frame)| known.of(points, frame));
+        let earlier = || before.map(|f| f.evaluate(points, Derivatives::Gradient).gradients);
+        match self.options.normals {
+            Normals::Ignore => earlier().map(KnownNormals::Hint),
+            Normals::Hint => earlier().or_else(given).map(KnownNormals::Hint),
+            Normals::Trust => given().map(KnownNormals::Trust).or_else(|| earlier().map(KnownNormals::Hint)),
+        }
+        .unwrap_or_default()
+    }
+}
