@@ -1,6 +1,7 @@
 //! The release binary over folders of cases, measured against their ground truth. Writes below `target/compare/`.
 
 mod cases;
+mod loops;
 mod measures;
 pub(crate) mod process;
 mod row;

@@ -7,6 +7,7 @@ use anyhow::{Context, Result, bail};
 use serde_json::Value;
 
 use super::cases::{Case, Dimension, Topology};
+use super::loops::write_oriented;
 use super::row::Files;
 
 /// Points farther from the truth than this are outliers, in percent of its diagonal; for the group `outliers` only.
@@ -53,6 +54,13 @@ impl Evaluator {
     /// All measures of what a run wrote; outputs that are missing are problems.
     pub fn measure(&self, case: &Case, truth: &Path, files: &Files) -> Measures {
         let mut measures = Measures::default();
+        let mut truth = truth;
+        if case.dimension == Dimension::Plane {
+            match write_oriented(truth, &files.loops) {
+                Ok(()) => truth = &files.loops,
+                Err(error) => measures.problems.push(format!("the true loops are taken as they run: {error:#}")),
+            }
+        }
         let outliers = case.group == "outliers";
         let tolerance: &[&Path] = if outliers { &["--tol".as_ref(), OUTLIER_TOLERANCE.as_ref()] } else { &[] };
         match self.ask("eval_side.py", truth, "--oriented", &files.oriented, tolerance) {

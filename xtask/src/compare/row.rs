@@ -21,6 +21,8 @@ pub struct Files {
     pub report: PathBuf,
     /// Everything the program said.
     pub log: PathBuf,
+    /// The true loops of an outline as they are measured against.
+    pub loops: PathBuf,
 }
 
 impl Files {
@@ -31,14 +33,14 @@ impl Files {
             Dimension::Plane => "curve.json",
             Dimension::Space => "mesh.ply",
         };
-        let [result, oriented, report, log] =
-            [result, "oriented.ply", "report.json", "log.txt"].map(|name| folder.join(name));
-        for path in [&result, &oriented, &report, &log] {
+        let [result, oriented, report, log, loops] =
+            [result, "oriented.ply", "report.json", "log.txt", "loops.json"].map(|name| folder.join(name));
+        for path in [&result, &oriented, &report, &log, &loops] {
             if path.exists() {
                 fs::remove_file(path).with_context(|| format!("{} cannot be removed", path.display()))?;
             }
         }
-        Ok(Self { result, oriented, report, log })
+        Ok(Self { result, oriented, report, log, loops })
     }
 }
 
