@@ -42,7 +42,7 @@ pub struct LeaveOneOut<'a, const D: usize> {
     /// So many for each, the nearest first.
     neighbours: Vec<u32>,
     count: usize,
-    /// For each the usual spacing of its neighbours: all distances are in these.
+    /// For each the usual spacing of its neighbours, on a curve one and a half of it: all distances are in these.
     usual: Vec<f64>,
 }
 
@@ -63,18 +63,16 @@ impl<'a, const D: usize> LeaveOneOut<'a, D> {
         };
         let neighbours: Vec<u32> =
             (0..points.len()).into_par_iter().with_min_len(CHUNK).flat_map_iter(around).collect();
-        let middle_of = |around: &[u32]| middle(around.iter().map(|i| spacing.local[*i as usize]).collect());
+        let scale = if D == 2 { CURVE } else { 1.0 };
+        let middle_of = |around: &[u32]| scale * middle(around.iter().map(|i| spacing.local[*i as usize]).collect());
         let usual = neighbours.par_chunks(count).with_min_len(CHUNK).map(middle_of).collect();
         Self { points, neighbours, count, usual }
     }
 
-    /// How far each point is off what its neighbours' normals make of it, in the usual spacing there, on a curve in one and a half of it; 0 where
-    /// too few normals are known. Unknown ones are zero.
-    pub fn off(&self, normals: &[[f64; D]]) -> Vec<f64> {
-        let scale = if D == 2 { CURVE } else { 1.0 };
+    /// How far each point is off what its neighbours' normals make of it; 0 where too few normals are known. Unknown ones are zero.
+    fn off(&self, normals: &[[f64; D]]) -> Vec<f64> {
         let all = self.neighbours.par_chunks(self.count).with_min_len(CHUNK).zip(&self.usual).enumerate();
-        all.map(|(i, (around, usual))| distance(&self.points[i], around, self.points, normals) / (scale * usual))
-            .collect()
+        all.map(|(i, (around, usual))| distance(&self.points[i], around, self.points, normals) / usual).collect()
     }
 
     /// For every point whether it is a stray by these normals, where points have a standard deviation of `noise` and so many strays are
@@ -83,8 +81,8 @@ impl<'a, const D: usize> LeaveOneOut<'a, D> {
         if self.neighbours.is_empty() {
             return vec![false; self.points.len()];
         }
-        let (off, scale) = (self.off(normals), if D == 2 { CURVE } else { 1.0 });
-        let beyond = |i: usize, most: f64| off[i] > most.max(DEVIATIONS * noise / (scale * self.usual[i]));
+        let off = self.off(normals);
+        let beyond = |i: usize, most: f64| off[i] > most.max(DEVIATIONS * noise / self.usual[i]);
         let wider = if D == 2 { CURVE_FAR } else { 1.0 };
         let far = known + (0..off.len()).filter(|i| beyond(*i, wider * FAR)).count();
         if far as f64 <= HARDLY_ANY * (known + off.len()) as f64 {

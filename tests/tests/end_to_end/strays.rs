@@ -5,8 +5,8 @@ use zeroset_tests::Random;
 
 use crate::tori::torus;
 
-/// Three and ten percent of strays in a box half as large again. Each that was no farther than a spacing or two from the surface, and not alone, was fitted, and made
-/// a speck or a handle.
+/// Three and ten percent of strays in a box half as large again. Those that were no farther than a spacing or two from the surface were
+/// fitted, and made specks and handles.
 #[test]
 fn points_strewn_over_the_box_are_left_out_and_named() {
     const COUNT: usize = 6000;
