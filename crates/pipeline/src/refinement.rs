@@ -44,10 +44,15 @@ const NOISY: f64 = 0.1;
 /// spacings.
 const DEEP: f64 = 0.2;
 const CG_STEPS_DEEP: f64 = 30.0;
-/// And above this share it is estimated two percent too large, with detail that it hides, and a fit follows a percent of it: Sampson
-/// distances are to be this share of what was estimated, unless that changes the topology.
-const OVERESTIMATED: f64 = 0.4;
-const LEFT: f64 = 0.97;
+/// And above this share the noise, rather than detail, decides how smooth a fit is to be: what a fit follows of it is allowed for.
+const DECIDES: f64 = 0.4;
+/// It is estimated two percent too large then, with detail that it hides: distances are to be this share of it, unless that changes the
+/// topology.
+const LEFT: f64 = 0.98;
+/// And ℓ is at least so many spacings for noise of one, growing with this power of the noise: Sampson distances hardly tell what is below
+/// the best length, and that grows slowly.
+const SMALLEST: f64 = 1.05;
+const SMALLEST_POWER: f64 = 0.4;
 /// Held-out points do not end the refinement of clean points with a smoothing length above this, in spacings: where f̂ is far from
 /// them, around tubes of a few spacings, their error rises first.
 const PATIENT_ABOVE: f64 = 0.5;
@@ -159,8 +164,8 @@ impl<const D: usize> Refinement<'_, D> {
         let mut stray = vec![false; self.points.len()];
         let Some(band) = self.band else { return Ok((self.on_one_lattice(initial)?, stray)) };
         let (mut sides, mut areas) = (trust_region::Sides::default(), self.areas());
-        let left = if self.noise > OVERESTIMATED * self.spacing.typical { LEFT } else { 1.0 };
         let few = self.points.len() < FEW;
+        let left = if self.is_decided_by_noise() && !few { LEFT } else { 1.0 };
         if !few {
             // f̂ knows which wall is which where they are thinner than the cells.
             sides.normals = normals(self.f_hat, self.points, TELLING);
@@ -209,6 +214,10 @@ impl<const D: usize> Refinement<'_, D> {
 
     fn is_noisy(&self) -> bool {
         self.noise > NOISY * self.spacing.typical
+    }
+
+    fn is_decided_by_noise(&self) -> bool {
+        self.noise > DECIDES * self.spacing.typical
     }
 
     /// What the points weigh: the area around each, of noisy points averaged over their neighbours, for those that noise has taken
@@ -288,6 +297,10 @@ impl<const D: usize> Refinement<'_, D> {
         if let (Some(noise), true) = (noise, deep) {
             // A point that noise has taken a standard deviation away is to say as much by its slope as by its place.
             (settings.normal_length, settings.unit_slopes) = (noise, true);
+        }
+        if let (Some(noise), true) = (noise, self.is_decided_by_noise()) {
+            settings.degrees_of_freedom = true;
+            settings.smallest_smoothing_length = SMALLEST * spacing * (noise / spacing).powf(SMALLEST_POWER);
         }
         if self.points.len() < FEW {
             // So few are held out that their error may turn by chance.

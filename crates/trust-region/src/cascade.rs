@@ -202,19 +202,25 @@ impl<'a, const D: usize> Cascade<'a, D> {
         let initial = objective.errors(&current, &total, &self.judge);
         let (mut best, mut best_step, mut best_errors) = (current.corrections.clone(), None, initial);
         let mut steps: Vec<LevelStep> = Vec::with_capacity(lengths.len());
-        let (mut spread, mut idle) = (self.options.noise.map_or(0.0, |_| objective.spread(&current)), 0);
+        // That of the noise, as a fit with this smoothing length sees it.
+        let deviation = |state: &LevelState<D>, length: f64| {
+            self.options.noise.map_or(0.0, |_| objective.spread(state) / self.options.left_of_noise::<D>(length))
+        };
+        // Of the level before, too.
+        let mut last = (number > 0).then(|| (self.smoothing_length, deviation(&current, self.smoothing_length)));
+        let mut idle = 0;
         for (index, mut length) in lengths.into_iter().enumerate() {
             let before = self.options.noise.map(|noise| (noise, current.clone()));
             let mut step;
             (current, step) = self.step(&objective, current, &mut total, (length, most_steps));
             if let Some((noise, before)) = before {
-                let found = objective.spread(&current);
-                self.at_noise = found <= noise;
-                if let (true, Some(last)) = (self.at_noise, steps.last()) {
-                    length = at_target((last.smoothing_length, spread), (length, found), noise);
+                let found = deviation(&current, length);
+                self.at_noise = found <= noise || length <= self.options.smallest_smoothing_length;
+                let previous = last.replace((length, found));
+                if let (true, Some(previous)) = (found <= noise, previous) {
+                    length = at_target(previous, (length, found), noise);
                     (current, step) = self.step(&objective, before, &mut total, (length, most_steps));
                 }
-                spread = found;
             }
             if step.accepted && self.judge.has_no_normals() {
                 // The first function that is smooth for certain.

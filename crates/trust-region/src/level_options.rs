@@ -1,5 +1,7 @@
 //! Settings of the refinement level by level.
 
+use std::f64::consts::PI;
+
 use thiserror::Error;
 use zeroset_bspline::{EnergyError, HierarchyError};
 use zeroset_multigrid::Fairness;
@@ -9,6 +11,8 @@ use crate::error::{Error, check_rules};
 
 /// A smoothing length so little above the smallest is the smallest, and no step of its own.
 const NEARLY: f64 = 1.05;
+/// No fit is taken to leave less than this share of the noise's variance: below it what is known of degrees of freedom no longer holds.
+const LEAST_LEFT: f64 = 0.1;
 
 /// Settings of [`refine_levels`](crate::refine_levels). Lengths are in the unit of the points.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,6 +31,10 @@ pub struct LevelOptions {
     /// Standard deviation of the points' distances from their surface, where it is known and not small beside their spacing:
     /// ℓ falls until the Sampson distances are as large as that, and held-out points are not asked (Morozov 1966). Positive.
     pub noise: Option<f64>,
+    /// Whether Sampson distances are to be smaller than the noise by what a fit of that ℓ follows of it, by its effective degrees of
+    /// freedom on a flat set of evenly spaced points (Wahba 1983). Below the best ℓ that hardly changes any more, so that the smallest ℓ has
+    /// to be a sensible one.
+    pub degrees_of_freedom: bool,
     /// Once the mean error of the held-out points is below this, there are no more steps and no finer levels. Not negative; 0 for
     /// never.
     pub close_enough: f64,
@@ -74,6 +82,7 @@ impl Default for LevelOptions {
             decay: 0.1,
             third_order: None,
             noise: None,
+            degrees_of_freedom: false,
             close_enough: 0.0,
             patience: 2,
             patient_above: f64::INFINITY,
@@ -125,6 +134,23 @@ impl LevelOptions {
     /// Data on a set of codimension 1 against an energy of order k: `w = ρ ℓ^(2k − 1)`.
     fn power(&self) -> f64 {
         if self.third_order.is_some() { 5.0 } else { 3.0 }
+    }
+
+    /// The standard deviation of the Sampson distances of points whose noise has a deviation of 1, fitted with a smoothing length.
+    ///
+    /// Of a wave with wave number ω along a flat set of `D − 1` dimensions a fit leaves `S = 1 / (1 + c (ℓω)^q)`, with `q = 2k − 1` and
+    /// `1/c = ∫ dη / (1 + η²)^k / 2π`, for f is as smooth as it can be across the set. The distances' variance is `1 − tr(2S − S²)`
+    /// per point, an integral over all ω.
+    pub(crate) fn left_of_noise<const D: usize>(&self, length: f64) -> f64 {
+        if !self.degrees_of_freedom {
+            return 1.0;
+        }
+        let (q, dimensions) = (self.power(), (D - 1) as f64);
+        let (c, sphere): (f64, f64) = (if q == 5.0 { 16.0 / 3.0 } else { 4.0 }, if D == 2 { PI } else { 2.0 * PI });
+        let share = dimensions / q;
+        let integral = (1.0 + share) * PI / (q * (PI * share).sin());
+        let followed = integral * c.powf(-share) / (sphere * self.density * length.powf(dimensions));
+        (1.0 - followed).max(LEAST_LEFT).sqrt()
     }
 
     /// The smoothing length so many steps after a given one.
@@ -196,5 +222,34 @@ impl LevelOptions {
             ),
         ];
         check_rules(rules)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_fit_leaves_of_noise() {
+        let left = |third_order: Option<f64>, dimension: usize, length: f64| {
+            let options =
+                LevelOptions { density: 1.0, third_order, degrees_of_freedom: true, ..LevelOptions::default() };
+            if dimension == 2 { options.left_of_noise::<2>(length) } else { options.left_of_noise::<3>(length) }
+        };
+        for (third_order, c, q) in [(None, 4.0, 3), (Some(1.0), 16.0 / 3.0, 5)] {
+            for dimension in [2, 3] {
+                // Over all wave numbers up to 200, by the midpoint rule; what is beyond is below 200 to the power −1 at most.
+                let length = 1.3;
+                let at = |i: u32| 1e-3 * (f64::from(i) + 0.5);
+                let followed = |w: f64| 1.0 - (1.0 - (1.0 + c * (length * w).powi(q)).recip()).powi(2);
+                let measure = |w: f64| if dimension == 2 { 1.0 / PI } else { w / (2.0 * PI) };
+                let sum: f64 = (0..200_000).map(|i| 1e-3 * followed(at(i)) * measure(at(i))).sum();
+                let found = left(third_order, dimension, length).powi(2);
+                assert!((found - (1.0 - sum)).abs() < 1e-3, "{third_order:?} {dimension}: {found} {sum}");
+            }
+        }
+        // Nothing is left of what is below the spacing, and all of it where it is not asked for.
+        assert_eq!(left(None, 3, 1e-3), LEAST_LEFT.sqrt());
+        assert_eq!(LevelOptions::default().left_of_noise::<3>(1.0), 1.0);
     }
 }

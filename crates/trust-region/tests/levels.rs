@@ -215,6 +215,40 @@ fn known_noise_decides_how_close_the_fit_is() {
 }
 
 #[test]
+fn a_fit_of_noise_leaves_less_than_the_noise() {
+    // Noise of half a spacing: distances across the curve are nearly those along one direction.
+    let (count, noise) = (800, 0.0015);
+    let points = flower(count, noise);
+    let clean = flower(count, 0.0);
+    let sides = clean.iter().zip(clean.iter().cycle().skip(1)).map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1]));
+    let density = count as f64 / sides.sum::<f64>();
+    let (initial, _) = initial(&points, 0.01);
+    let band = CellBand::new(initial.knots(), &points, &vec![3; points.len()], [3, 3]).unwrap();
+    let options = LevelOptions {
+        density,
+        smoothing_length: 0.04,
+        third_order: Some(1.0),
+        noise: Some(noise),
+        degrees_of_freedom: true,
+        ..LevelOptions::default()
+    };
+    let run = |options: &LevelOptions| {
+        let (_, report) = refine_levels(&points, None, None, &initial, &band, options).unwrap();
+        let step = report.levels.last().unwrap().steps.last().unwrap();
+        (step.smoothing_length, step.errors.sampson_rms / noise)
+    };
+    let (shorter, left) = run(&options);
+    let (longer, all) = run(&LevelOptions { degrees_of_freedom: false, ..options.clone() });
+    // Third order leaves a variance of 1 − 0.292 / ρℓ; the rest of what is left is other than normal noise makes of the median.
+    let expected = (1.0 - 0.292 / (density * shorter)).sqrt();
+    assert!(shorter < longer && (left / all - expected).abs() < 0.02, "{shorter} {left}, {longer} {all}, {expected}");
+    // Where a length is the smallest, noise is not followed farther on finer levels.
+    let smallest = 1.5 * shorter;
+    let (length, _) = run(&LevelOptions { smallest_smoothing_length: smallest, ..options });
+    assert_eq!(length, smallest);
+}
+
+#[test]
 fn unit_slopes_make_a_distance_of_a_noisy_fit() {
     let noise = 0.02;
     let points = flower(3000, noise);
