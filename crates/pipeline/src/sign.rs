@@ -24,7 +24,7 @@ pub struct SignReport {
 
 /// `φ = sign[f̂] · d` with the sign cleaned: minimising fairness lets f̂ curl up far from the data, and the sheets that
 /// this makes must go. A region of one sign stays if data lie along at least half of its boundary, or if winding numbers
-/// have the same sign at most of its nodes; the faces of the box count as outside. `reach` is the distance within which
+/// have the same sign at most of its nodes and at least some data lie along it; the faces of the box count as outside. `reach` is the distance within which
 /// data support a boundary.
 ///
 /// All arrays hold one value per lattice node, axis order x, y\[, z\]; `distance` is `d`.
@@ -35,8 +35,9 @@ pub fn synthesize(field: &SignField, distance: &ArrayD<f64>, reach: f64) -> (Arr
     report.regions_found = measured.len();
     // Each round removes a region, so there are no more rounds than regions.
     loop {
+        let elsewhere = measured.iter().any(|r| r.supported > 0);
         // The smallest first: what is left around it then counts as one boundary.
-        let stray = measured.iter().filter(|r| r.stray()).min_by_key(|r| (r.size, r.start));
+        let stray = measured.iter().filter(|r| r.stray(elsewhere)).min_by_key(|r| (r.size, r.start));
         let Some(stray) = stray else { break };
         if stray.size * 2 > regions.inside.len() {
             // Nothing supports even the largest region: there is no surface here, and flipping would only swap sides.
@@ -83,8 +84,10 @@ struct Region {
 }
 
 impl Region {
-    fn stray(&self) -> bool {
-        2 * self.supported < self.boundary && 2 * self.agreed < self.size
+    /// Whether it is to go, where data lie along boundaries `elsewhere`.
+    fn stray(&self, elsewhere: bool) -> bool {
+        let beside_no_data = elsewhere && self.supported == 0;
+        2 * self.supported < self.boundary && (beside_no_data || 2 * self.agreed < self.size)
     }
 }
 
@@ -227,6 +230,16 @@ mod tests {
         assert_eq!(inside(&synthesize(&field, &distance, -1.0).0), inside(&field.value));
         field.winding.fill(1.0);
         assert_eq!(inside(&synthesize(&field, &distance, -1.0).0), 0);
+    }
+
+    #[test]
+    fn a_region_that_no_data_touch_goes_though_winding_numbers_confirm_it() {
+        // As where a hole is filled in another way than winding numbers would have it.
+        let (mut field, distance) = disc(|x, y| x.hypot(y) < 2.5 || (x - 11.0).hypot(y) < 2.2);
+        field.winding = field.value.clone();
+        let (phi, report) = synthesize(&field, &distance, 1.5);
+        assert_eq!(phi, disc(|_, _| false).0.value);
+        assert_eq!(report.regions_removed, 2);
     }
 
     #[test]
