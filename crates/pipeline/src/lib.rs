@@ -58,6 +58,7 @@ mod hole_filling;
 mod kd_tree;
 mod known_normals;
 mod leave_one_out;
+mod left_out;
 mod marching;
 mod memory;
 mod normals;

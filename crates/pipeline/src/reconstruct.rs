@@ -16,6 +16,7 @@ use crate::far_off::far_off;
 use crate::frame::{Frame, finite, not_flat};
 use crate::hole_filling::{Filling, fill_holes};
 use crate::known_normals::Known;
+use crate::left_out::{isolated, kept, mark, without};
 use crate::memory::{self, Counts};
 use crate::one_sided::turning;
 use crate::options::{Options, Topology};
@@ -65,12 +66,6 @@ const FILLABLE_NOISE: f64 = 0.5;
 const CLEAN: f64 = 0.1;
 /// and the smoothing length from which refinement starts then is at most so many spacings.
 const CLEAN_RATIO: f64 = 0.4;
-/// Isolated points are looked for so often at most, each time among those that are left,
-const ROUNDS: usize = 4;
-/// as long as a larger share than this is found: the tips of sparse parts would be worn away.
-const MANY_ISOLATED: f64 = 0.005;
-/// If a larger share of the points are isolated, they are the shape.
-pub(crate) const MOST_ISOLATED: f64 = 0.25;
 /// Above this share of points that were left out a warning is given: what strays there are among points of one surface are fewer, and more
 /// are often a part of it that is far sparser than the rest.
 const MOST_LEFT_OUT: f64 = 0.04;
@@ -182,10 +177,9 @@ pub(crate) fn road<const D: usize>(
         cancel: &watch.cancel,
     };
     let known_strays = distinct.len() - heard.len();
-    let Sides { f_hat, calibration, ratio, noise, strays } =
-        road.stage(name, || search.run(&heard, &spacing, known_strays))?;
+    let Sides { f_hat, calibration, ratio, noise, strays, points: heard, spacing } =
+        road.stage(name, || search.run(heard, spacing.clone(), known_strays))?;
     mark(&mut outliers, &strays);
-    let (heard, spacing) = without(&heard, &strays, spacing.clone());
     let few = thinned(&heard, spacing.typical).map(|few| (Spacing::of(&few), few));
     let (few_spacing, few) = few.as_ref().map_or((&spacing, &heard), |(spacing, few)| (spacing, few));
 
@@ -432,48 +426,6 @@ pub fn coarse_cells<const D: usize>(spacing: &Spacing) -> usize {
     cells
 }
 
-/// Marks more members: `found` says which of those that were not marked before.
-pub(crate) fn mark(marks: &mut [bool], found: &[bool]) {
-    marks.iter_mut().filter(|mark| !**mark).zip(found).for_each(|(mark, found)| *mark = *found);
-}
-
-/// Those of the points that are not `off`, with their spacing, where `spacing` is that of all.
-pub(crate) fn without<const D: usize>(points: &[[f64; D]], off: &[bool], spacing: Spacing) -> (Vec<[f64; D]>, Spacing) {
-    let kept = kept(points, off);
-    let spacing = if kept.len() < points.len() { Spacing::of(&kept) } else { spacing };
-    (kept, spacing)
-}
-
-/// Those of the points that are not `off`.
-fn kept<const D: usize>(points: &[[f64; D]], off: &[bool]) -> Vec<[f64; D]> {
-    points.iter().zip(off).filter(|(_, off)| !**off).map(|(point, _)| *point).collect()
-}
-
-/// Which points lie on no surface with others (none, if these are so many that they must be the shape), the other points, and
-/// their spacing.
-fn isolated<const D: usize>(points: &[[f64; D]], spacing: Spacing) -> (Vec<bool>, Vec<[f64; D]>, Spacing) {
-    let mut isolated = vec![false; points.len()];
-    let (mut rest, mut rest_spacing) = (points.to_vec(), spacing.clone());
-    // Among many strays some look like a surface together, until the others are gone.
-    for _ in 0..ROUNDS {
-        let found = rest_spacing.isolated(&rest);
-        if !found.contains(&true) {
-            break;
-        }
-        mark(&mut isolated, &found);
-        let count = isolated.iter().filter(|isolated| **isolated).count();
-        if count as f64 > MOST_ISOLATED * points.len() as f64 {
-            return (vec![false; points.len()], points.to_vec(), spacing);
-        }
-        let few = (found.iter().filter(|found| **found).count() as f64) < MANY_ISOLATED * points.len() as f64;
-        (rest, rest_spacing) = without(&rest, &found, rest_spacing);
-        if few {
-            break;
-        }
-    }
-    (isolated, rest, rest_spacing)
-}
-
 /// The box, the halvings from its coarsest lattice to that of the initial shape, and how many levels above that are wanted
 /// at the typical spacing, if that is not for the spacing to say.
 struct Lattices<const D: usize> {
@@ -570,30 +522,6 @@ mod tests {
     use zeroset_watch::{CancelToken, Progress};
 
     use super::*;
-
-    #[test]
-    fn strays_are_isolated_whatever_their_number() {
-        let golden = |i: usize, step: f64| (i as f64 * step).fract();
-        let sphere = (0..4000).map(|i| {
-            let (z, angle) =
-                (2.0 * (i as f64 + 0.5) / 4000.0 - 1.0, std::f64::consts::TAU * golden(i, 0.618_033_988_749_895));
-            let ring = (1.0 - z * z).sqrt();
-            [ring * angle.cos(), ring * angle.sin(), z]
-        });
-        for strays in [40, 160, 800] {
-            // Quasi-random in a box half as large again (Roberts' sequence), but four spacings and more off the surface.
-            let stray = |i| [0.819_172_513, 0.671_043_607, 0.549_700_478].map(|step| 3.0 * golden(i, step) - 1.5);
-            let spacing = (4.0 * std::f64::consts::PI / 4000.0).sqrt();
-            let is_off = |p: &[f64; 3]| (p.iter().map(|x| x * x).sum::<f64>().sqrt() - 1.0).abs() > 4.0 * spacing;
-            let points: Vec<[f64; 3]> = sphere.clone().chain((0..).map(stray).filter(is_off).take(strays)).collect();
-            let (found, rest, _) = isolated(&points, Spacing::of(&points));
-            assert!(
-                !found[..4000].contains(&true) && rest.len() <= 4000 + strays / 50,
-                "{strays}: {} left",
-                rest.len() - 4000
-            );
-        }
-    }
 
     #[test]
     fn clusters_far_apart_make_no_huge_lattice() {

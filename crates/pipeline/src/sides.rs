@@ -12,9 +12,9 @@ use crate::error::ReconstructError;
 use crate::frame::Frame;
 use crate::known_normals::Known;
 use crate::leave_one_out::LeaveOneOut;
+use crate::left_out::{self, mark, without};
 use crate::normals::normals;
 use crate::options::{Normals, Options, Topology};
-use crate::reconstruct::{MOST_ISOLATED, mark, without};
 use crate::report::StageFigures;
 use crate::spacing::Spacing;
 use crate::thinning::thinned;
@@ -40,6 +40,10 @@ pub struct Sides<const D: usize> {
     pub noise: f64,
     /// Which of the points are strays.
     pub strays: Vec<bool>,
+    /// The others,
+    pub points: Vec<[f64; D]>,
+    /// and how far apart they are.
+    pub spacing: Spacing,
 }
 
 type Fit<const D: usize> = ((Spline<D>, f64, f64), StageFigures);
@@ -60,28 +64,28 @@ impl<const D: usize> SideSearch<'_, D> {
     /// Finds f̂ for points, of which so many `known` strays have been left out before.
     pub fn run(
         &self,
-        points: &[[f64; D]],
-        spacing: &Spacing,
+        mut points: Vec<[f64; D]>,
+        mut spacing: Spacing,
         known: usize,
     ) -> Result<(Sides<D>, StageFigures), ReconstructError> {
-        let (mut heard, mut spacing) = (points.to_vec(), spacing.clone());
-        let (mut strays, mut round) = (vec![false; points.len()], 1);
-        let mut before = None;
+        let all = points.len();
+        let mut strays = vec![false; all];
+        let (mut before, mut round) = (None, 1);
         loop {
-            let ((f_hat, calibration, ratio), figures) = self.fit(&heard, &spacing, before.as_ref())?;
-            let noise = gefm::noise_deviation(&f_hat, &heard);
-            let left_out = known + points.len() - heard.len();
-            let found = LeaveOneOut::new(&heard, &spacing).strays(&normals(&f_hat, &heard, FLAT), noise, left_out);
-            let count = found.iter().filter(|stray| **stray).count() as f64;
+            let ((f_hat, calibration, ratio), figures) = self.fit(&points, &spacing, before.as_ref())?;
+            let noise = gefm::noise_deviation(&f_hat, &points);
+            let left_out = known + all - points.len();
+            let found = LeaveOneOut::new(&points, &spacing).strays(&normals(&f_hat, &points, FLAT), noise, left_out);
+            let (count, enough) = (found.iter().filter(|stray| **stray).count() as f64, points.len() as f64);
             // So many are a part of the shape that f̂ has not got.
-            let too_many = count > MOST_ISOLATED * heard.len() as f64;
+            let too_many = count > left_out::MOST * enough;
             if !too_many {
                 mark(&mut strays, &found);
+                (points, spacing) = without(&points, &found, spacing);
             }
-            if too_many || round == ROUNDS || count <= A_FEW * heard.len() as f64 {
-                return Ok((Sides { f_hat, calibration, ratio, noise, strays }, figures));
+            if too_many || round == ROUNDS || count <= A_FEW * enough {
+                return Ok((Sides { f_hat, calibration, ratio, noise, strays, points, spacing }, figures));
             }
-            (heard, spacing) = without(&heard, &found, spacing);
             (before, round) = (Some(f_hat), round + 1);
         }
     }
