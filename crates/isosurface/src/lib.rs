@@ -79,6 +79,8 @@ mod coarsen;
 mod curve;
 mod error;
 mod function;
+
+mod handles;
 mod interior;
 mod mesh;
 mod options;

@@ -9,18 +9,23 @@ use zeroset_isosurface::{self as isosurface, CurveTopology, Curves, Topology, Tr
 
 use crate::error::ReconstructError;
 use crate::fragile;
+use crate::frame::Frame;
 use crate::marching::marching_halvings;
 use crate::reconstruct::Reconstruction;
 use crate::report::{ExtractionReport, StageFigures, StageReport};
 use crate::spacing::distances_to;
 use crate::support::{Nearest, Support};
-use crate::trust::shape_name;
+use crate::trust::{and_others, place, shape_name};
 
 /// Edges of a mesh are up to so many cells long.
 const LONGEST: f64 = 1.5;
 
 /// A component with less than the area of so many points is a speck.
 const SPECK: f64 = 50.0;
+
+/// Where no point is within this share of the farthest that is supported, the surface may be another. (Of random samples one place in twelve
+/// is as far from all.)
+const AWAY: f64 = 0.6;
 
 /// Newton steps that take the vertices of a boundary from the chords between their neighbours to f = 0.
 const NEWTON_STEPS: usize = 4;
@@ -51,6 +56,10 @@ pub fn extract_surface(reconstruction: &mut Reconstruction<3>) -> Result<(TriMes
         let remote = TriMesh { vertices: mesh.vertices.clone(), normals: Vec::new(), triangles: part }.area();
         [remote, mesh.area()]
     });
+    if !reconstruction.open {
+        let warning = handle_warning(&mesh, &nearest, &reconstruction.frame);
+        reconstruction.report.warnings.extend(warning);
+    }
     let uncovered = uncovered(&points, &mesh.vertices, &nearest, 2.0 * reconstruction.spacing.typical);
     match_cells(&reconstruction.spline, reconstruction.domain.spacing(reconstruction.halvings + halvings), &mut mesh);
     let frame = reconstruction.frame;
@@ -202,6 +211,19 @@ pub enum Figures {
         /// Loops, area, length.
         topology: CurveTopology,
     },
+}
+
+/// That a handle runs through places away from all points, all round it: without it, closed by two sheets instead, the surface would suit the
+/// points as well. `nearest` has the nearest point of every vertex.
+fn handle_warning(mesh: &TriMesh, nearest: &[Nearest], frame: &Frame<3>) -> Option<String> {
+    let away: Vec<f64> = nearest.iter().map(|nearest| nearest.remoteness - AWAY).collect();
+    let handles = mesh.handles_across(&away);
+    let worst = handles.iter().max_by(|a, b| away[**a].total_cmp(&away[**b]))?;
+    Some(format!(
+        "a tunnel or a bridge runs through a gap between the points at {}{}: they do not tell whether it is there; try a denser scan there",
+        place(&frame.to_data(&mesh.vertices[*worst])),
+        and_others(handles.len())
+    ))
 }
 
 /// Whether a topology that the initial shape did not have hangs on little.

@@ -172,11 +172,17 @@ fn hangs_on(least: &FragilePlace, count: usize) -> String {
     format!(
         "{what} at {} hangs on less than the points can tell{}; try a denser scan there",
         place(&least.place),
-        if count > 1 { format!(" (and the like at {} other places)", count - 1) } else { String::new() }
+        and_others(count)
     )
 }
 
-fn place(centre: &[f64]) -> String {
+/// After one of so many places.
+pub fn and_others(count: usize) -> String {
+    if count > 1 { format!(" (and the like at {} other places)", count - 1) } else { String::new() }
+}
+
+/// A place in a sentence.
+pub fn place(centre: &[f64]) -> String {
     let centre: Vec<String> = centre.iter().map(|x| coordinate(*x)).collect();
     format!("({})", centre.join(", "))
 }

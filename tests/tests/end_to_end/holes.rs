@@ -54,15 +54,26 @@ fn a_cap_of_a_sphere() {
     }
 }
 
+/// Points on a share of a torus.
+fn torus(share: f64) -> Vec<[f64; 3]> {
+    let mut random = Random(3);
+    (0..4000)
+        .map(|_| [share * TAU * random.uniform(), TAU * random.uniform()])
+        .map(|[u, v]| [(1.0 + 0.35 * v.cos()) * u.cos(), (1.0 + 0.35 * v.cos()) * u.sin(), 0.35 * v.sin()])
+        .collect()
+}
+
 #[test]
 fn a_seventh_of_a_torus() {
-    let mut random = Random(3);
-    let points: Vec<[f64; 3]> = (0..4000)
-        .map(|_| [6.0 / 7.0 * TAU * random.uniform(), TAU * random.uniform()])
-        .map(|[u, v]| [(1.0 + 0.35 * v.cos()) * u.cos(), (1.0 + 0.35 * v.cos()) * u.sin(), 0.35 * v.sin()])
-        .collect();
-    let mut result = reconstruct(&points, &Options::default()).unwrap();
+    let mut result = reconstruct(&torus(6.0 / 7.0), &Options::default()).unwrap();
     let (mesh, topology) = extract_surface(&mut result).unwrap();
+    // The points do not tell whether its ends hang together.
+    let warned =
+        |result: &Reconstruction<3>| result.report.warnings.iter().any(|text| text.contains("a tunnel or a bridge"));
+    assert!(warned(&result), "{:?}", result.report.warnings);
+    let mut whole = reconstruct(&torus(1.0), &Options::default()).unwrap();
+    extract_surface(&mut whole).unwrap();
+    assert!(!warned(&whole), "{:?}", whole.report.warnings);
     // Its ends are closed by domes if only second derivatives are small.
     assert!(topology.closed && topology.components == 1 && topology.genus == 1, "{topology:?}");
     for v in &mesh.vertices {
