@@ -12,71 +12,100 @@ impl TriMesh {
     ///
     /// Panics if there are fewer values than vertices.
     pub fn handles_across(&self, g: &[f64]) -> Vec<usize> {
-        let above = |v: u32| g[v as usize] > 0.0;
-        let mut regions = UnionFind::new(self.vertices.len());
-        // Edges between regions: those that a boundary passes one after the other share a triangle.
-        let mut crossing: HashMap<[u32; 2], usize> = HashMap::new();
-        let mut neighbours = Vec::new();
-        // Of what lies above as a whole: twice its Euler characteristic, each edge being counted from both sides.
-        let mut twice_euler = vec![0; self.vertices.len()];
-        for &[a, b, c] in &self.triangles {
-            let mut last = None;
-            if above(a) && above(b) && above(c) {
-                twice_euler[a as usize] += 2;
-            }
-            for (a, b) in [(a, b), (b, c), (c, a)] {
-                if above(a) == above(b) {
-                    regions.join(a as usize, b as usize);
-                    twice_euler[a as usize] -= i64::from(above(a));
-                    continue;
-                }
-                let next = crossing.len();
-                let edge = *crossing.entry([a.min(b), a.max(b)]).or_insert(next);
-                neighbours.extend(last.map(|last| (last, edge)));
-                last = Some(edge);
-            }
-        }
-        let mut boundaries = UnionFind::new(crossing.len());
-        neighbours.iter().for_each(|(a, b)| _ = boundaries.join(*a, *b));
-        // Of each boundary the regions above and below.
-        let mut sides = BTreeMap::new();
-        for ([a, b], edge) in crossing {
-            let (high, low) = if above(a) { (a, b) } else { (b, a) };
-            // The same for all edges of a boundary.
-            sides.entry(boundaries.find(edge)).or_insert((regions.find(high as usize), regions.find(low as usize)));
-        }
-        let names: BTreeSet<usize> = sides.values().flat_map(|(high, low)| [*high, *low]).collect();
-        let number: HashMap<usize, usize> = names.into_iter().zip(0..).collect();
-        let mut around: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
-        sides.values().for_each(|(high, low)| around.entry(*high).or_default().push(*low));
-        let closes_a_handle = |region: usize, around: &[usize]| {
-            let mut others = UnionFind::new(number.len());
-            for (high, low) in sides.values().filter(|(high, _)| *high != region) {
-                others.join(number[high], number[low]);
-            }
-            let mut hang_together: Vec<usize> = around.iter().map(|low| others.find(number[low])).collect();
-            hang_together.sort_unstable();
-            hang_together.windows(2).any(|pair| pair[0] == pair[1])
-        };
-        // χ = 2 − 2 handles − boundaries.
-        let mut excess: BTreeMap<usize, i64> = BTreeMap::new();
+        let mut parts = Parts::of(self, g);
+        // Of each region χ and the number of its boundaries: together 2, less 2 for each handle.
+        let mut euler: BTreeMap<usize, i64> = BTreeMap::new();
+        let mut highest: BTreeMap<usize, usize> = BTreeMap::new();
         for v in (0..self.vertices.len()).filter(|v| g[*v] > 0.0) {
-            *excess.entry(regions.find(v)).or_insert(-4) += 2 + twice_euler[v];
-        }
-        let has_handles = |(region, excess): (&usize, &i64)| {
-            let boundaries = around.get(region).map_or(&[][..], |around| around);
-            let handles = -(excess + 2 * boundaries.len() as i64) / 4;
-            handles > 0 || boundaries.len() > 1 && closes_a_handle(*region, boundaries)
-        };
-        let found = excess.iter().filter(|region| has_handles(*region)).map(|(region, _)| *region);
-        let mut highest: BTreeMap<usize, usize> = found.map(|region| (region, region)).collect();
-        for v in (0..self.vertices.len()).filter(|v| g[*v] > 0.0) {
-            if let Some(best) = highest.get_mut(&regions.find(v)).filter(|best| g[v] > g[**best]) {
+            let region = parts.regions.find(v);
+            *euler.entry(region).or_default() += 1 + parts.faces_less_edges[v];
+            let best = highest.entry(region).or_insert(v);
+            if g[v] > g[*best] {
                 *best = v;
             }
         }
+        for [high, _] in &parts.boundaries {
+            *euler.entry(*high).or_default() += 1;
+        }
+        let cycles = cycles(&parts.boundaries);
+        highest.retain(|region, _| euler[region] < 2 || is_on_a_cycle(*region, &cycles));
         highest.into_values().collect()
     }
+}
+
+/// A mesh in regions of one sign.
+struct Parts {
+    /// Of vertices.
+    regions: UnionFind,
+    /// Triangles less edges with all ends above, each counted at one of its vertices.
+    faces_less_edges: Vec<i64>,
+    /// The regions above and below each boundary.
+    boundaries: Vec<[usize; 2]>,
+}
+
+impl Parts {
+    fn of(mesh: &TriMesh, g: &[f64]) -> Self {
+        let above = |v: u32| g[v as usize] > 0.0;
+        let mut regions = UnionFind::new(mesh.vertices.len());
+        let mut faces_less_edges = vec![0; mesh.vertices.len()];
+        // Edges from one region to another, in the order in which they are met.
+        let mut crossing: HashMap<[u32; 2], usize> = HashMap::new();
+        let mut ends = Vec::new();
+        // Those that a boundary passes one after the other share a triangle.
+        let mut next_to_each_other = Vec::new();
+        for triangle @ &[a, b, c] in &mesh.triangles {
+            faces_less_edges[a as usize] += i64::from(triangle.iter().all(|v| above(*v)));
+            let mut last = None;
+            for (a, b) in [(a, b), (b, c), (c, a)] {
+                if above(a) == above(b) {
+                    regions.join(a as usize, b as usize);
+                    // The triangle beyond has it the other way round.
+                    faces_less_edges[a as usize] -= i64::from(above(a) && a < b);
+                    continue;
+                }
+                let edge = *crossing.entry([a.min(b), a.max(b)]).or_insert_with(|| {
+                    ends.push(if above(a) { [a, b] } else { [b, a] });
+                    ends.len() - 1
+                });
+                next_to_each_other.extend(last.map(|last| (last, edge)));
+                last = Some(edge);
+            }
+        }
+        let mut loops = UnionFind::new(ends.len());
+        next_to_each_other.iter().for_each(|(a, b)| _ = loops.join(*a, *b));
+        let firsts = (0..ends.len()).filter(|edge| loops.find(*edge) == *edge);
+        let boundaries = firsts.map(|edge| ends[edge].map(|v| regions.find(v as usize))).collect();
+        Self { regions, faces_less_edges, boundaries }
+    }
+}
+
+/// The boundaries that are left when regions with only one are taken away, again and again: those on cycles, and between cycles.
+fn cycles(boundaries: &[[usize; 2]]) -> Vec<[usize; 2]> {
+    let mut left = boundaries.to_vec();
+    loop {
+        let mut count: HashMap<usize, usize> = HashMap::new();
+        left.iter().flatten().for_each(|region| *count.entry(*region).or_default() += 1);
+        let before = left.len();
+        left.retain(|both| both.iter().all(|region| count[region] > 1));
+        if left.len() == before {
+            return left;
+        }
+    }
+}
+
+/// Whether two boundaries of the region hang together without it.
+fn is_on_a_cycle(region: usize, boundaries: &[[usize; 2]]) -> bool {
+    let (own, others): (Vec<[usize; 2]>, Vec<[usize; 2]>) = boundaries.iter().partition(|[high, _]| *high == region);
+    if own.len() < 2 {
+        return false;
+    }
+    let known: BTreeSet<usize> = boundaries.iter().flatten().copied().collect();
+    let numbers: HashMap<usize, usize> = known.into_iter().zip(0..).collect();
+    let mut sets = UnionFind::new(numbers.len());
+    others.iter().for_each(|[high, low]| _ = sets.join(numbers[high], numbers[low]));
+    let mut found: Vec<usize> = own.iter().map(|[_, low]| sets.find(numbers[low])).collect();
+    found.sort_unstable();
+    found.windows(2).any(|pair| pair[0] == pair[1])
 }
 
 #[cfg(test)]
