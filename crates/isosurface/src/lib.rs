@@ -79,7 +79,6 @@ mod coarsen;
 mod curve;
 mod error;
 mod function;
-
 mod handles;
 mod interior;
 mod mesh;

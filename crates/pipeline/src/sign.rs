@@ -24,8 +24,8 @@ pub struct SignReport {
 
 /// `φ = sign[f̂] · d` with the sign cleaned: minimising fairness lets f̂ curl up far from the data, and the sheets that
 /// this makes must go. A region of one sign stays if data lie along at least half of its boundary, or if winding numbers
-/// have the same sign at most of its nodes and at least some data lie along it; the faces of the box count as outside. `reach` is the distance within which
-/// data support a boundary.
+/// have the same sign at most of its nodes and some data lie along it; the faces of the box count as outside. `reach` is
+/// the distance within which data support a boundary.
 ///
 /// All arrays hold one value per lattice node, axis order x, y\[, z\]; `distance` is `d`.
 pub fn synthesize(field: &SignField, distance: &ArrayD<f64>, reach: f64) -> (ArrayD<f64>, SignReport) {
