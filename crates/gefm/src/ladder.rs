@@ -178,6 +178,9 @@ impl<const D: usize> Ladder<'_, D> {
     /// there is something that wider ones did not get.
     fn worth_climbing(&self, halvings: u32) -> bool {
         let Some(leader) = &self.leader else { return true };
+        if leader.verdict.score > self.options.hopeless {
+            return false;
+        }
         if leader.verdict.beyond_noise > self.options.doubtful {
             return true;
         }
@@ -447,6 +450,20 @@ mod tests {
             side(-1.5).chain(side(1.5)).chain((0..2).map(|i| [0.4 - 12.0 * spacing, (f64::from(i) - 0.5) * spacing])),
         );
         assert_eq!(climbed(&points, spacing, spacing), Some(3));
+    }
+
+    #[test]
+    fn finer_lattices_are_not_for_what_is_hopeless() {
+        // Points all over a square.
+        let points: Vec<[f64; 2]> = (0..2000)
+            .map(|i| [0.754_877_666, 0.569_840_296].map(|step| 0.8 * (f64::from(i) * step).fract() - 0.4))
+            .collect();
+        let lattices = |hopeless: f64| {
+            let options = LadderOptions { hopeless, ..LadderOptions::new(0.01, 100.0) };
+            let (_, _, report) = climb(&points, &vec![1.0; points.len()], &knots(0.6, 8), &options).unwrap();
+            report.candidates.iter().map(|candidate| candidate.halvings).max()
+        };
+        assert_eq!((lattices(0.3), lattices(f64::INFINITY)), (Some(1), Some(3)));
     }
 
     #[test]

@@ -48,6 +48,8 @@ pub struct LadderOptions<const D: usize> {
     pub content: f64,
     /// Above this score of the best candidate the eigenvector is sought again on the next lattice.
     pub doubtful: f64,
+    /// Above this score of the best candidate no further lattice is climbed to.
+    pub hopeless: f64,
     /// Relative residual of the solves on finer lattices.
     pub tolerance: f64,
     /// What is known of the normals.
@@ -70,6 +72,7 @@ impl<const D: usize> LadderOptions<D> {
             last: 3,
             content: 0.1,
             doubtful: 0.25,
+            hopeless: f64::INFINITY,
             tolerance: 1e-3,
             normals: KnownNormals::None,
             cancel: CancelToken::new(),

@@ -12,7 +12,7 @@ use crate::memory::MemoryReport;
 use crate::sign_field::SignField;
 use crate::spacing::{Spacing, distances_to};
 use crate::support::{Nearest, Support};
-use crate::thinning::thinned;
+use crate::thinning::{Choice, thinned};
 
 /// A hole begins where no point is near enough to [support](Support::nearest) a surface, and none within this share of a coarse cell; from
 /// twice that distance on the fit speaks alone.
@@ -66,8 +66,8 @@ pub fn fill_holes<const D: usize>(
         return Ok(Filling::NoHoles);
     }
     let all = Spacing::of(sites);
-    let few = thinned(sites, all.typical).map(|few| (Spacing::of(&few), few));
-    let (spacing, sites) = few.as_ref().map_or((&all, sites), |(spacing, few)| (spacing, few));
+    let few = thinned(sites, &all, Choice::Even);
+    let (sites, spacing) = few.as_ref().map_or((sites, &all), |(few, spacing)| (few, spacing));
     let support = Support::new(sites, spacing);
     // Of a place: 1 where a hole begins.
     let depth = |nearest: &Nearest| nearest.remoteness.min(nearest.distance / wide);

@@ -28,7 +28,6 @@ use crate::sides::{SideSearch, Sides};
 use crate::sign::{SignReport, synthesize};
 use crate::sign_field::sign_field;
 use crate::spacing::Spacing;
-use crate::thinning::thinned;
 use crate::trust::{self, shape_name};
 use crate::volume::fill_volume;
 
@@ -177,11 +176,10 @@ pub(crate) fn road<const D: usize>(
         cancel: &watch.cancel,
     };
     let known_strays = distinct.len() - heard.len();
-    let Sides { f_hat, calibration, ratio, noise, strays, points: heard, spacing } =
+    let Sides { f_hat, calibration, ratio, noise, strays, points: heard, spacing, few } =
         road.stage(name, || search.run(heard, spacing.clone(), known_strays))?;
     mark(&mut outliers, &strays);
-    let few = thinned(&heard, spacing.typical).map(|few| (Spacing::of(&few), few));
-    let (few_spacing, few) = few.as_ref().map_or((&spacing, &heard), |(spacing, few)| (spacing, few));
+    let (few, few_spacing) = few.as_ref().map_or((&heard, &spacing), |(few, spacing)| (few, spacing));
 
     let band = match band {
         Some(band) if refinement::is_deep(noise, &spacing) => {

@@ -53,6 +53,8 @@ const LEFT: f64 = 0.98;
 /// the best length, and that grows slowly.
 const SMALLEST: f64 = 1.05;
 const SMALLEST_POWER: f64 = 0.4;
+/// Of many points it is no more than so many times that either: the more there are, the less distances tell of what a longer one loses.
+const LARGEST: f64 = 1.4;
 /// Held-out points do not end the refinement of clean points with a smoothing length above this, in spacings: where f̂ is far from
 /// them, around tubes of a few spacings, their error rises first.
 const PATIENT_ABOVE: f64 = 0.5;
@@ -66,20 +68,19 @@ const FIRST_LENGTH_NOISE: f64 = 3.0;
 /// Of fewer points, the held-out ones are a small sample, and f̂ is rough between them; and since nothing holds their topology, noisy ones are
 /// not to move the initial shape far.
 const FEW: usize = 3000;
-/// The refinement is done so often again with what it has changed held,
-const ROUNDS: usize = 3;
+/// The refinement is done so often again with what it has changed held, the second number where noise [`is_deep`]: then what is held in
+/// one place lets the next one go,
+const ROUNDS: [usize; 2] = [3, 6];
 /// at this share of the initial shape's values there,
-const HELD: f64 = 0.6;
+const HELD: [f64; 2] = [0.6, 1.0];
 /// where f has not got this share of them across zero. Between walls that it joins, and in walls that it pierces, f hardly leaves
 /// zero; where it does, the points have parted or filled what was joined or pierced in the initial shape;
 const CLEARLY: f64 = 0.25;
 /// and unless that is at more places than this share of the points: then these are too sparse for their shape everywhere, and holding f
 /// there would cost more accuracy and time than it brings;
 const MOST_HELD: f64 = 0.01;
-/// but noise alone changes the topology at many places, of which the initial shape knows better: there it may be this share,
+/// but noise alone changes the topology at many places, of which the initial shape knows better: there it may be this share.
 const MOST_HELD_NOISY: f64 = 0.1;
-/// and from the second time on the noise is taken for larger by this share each time.
-const MORE_NOISE: f64 = 0.025;
 /// No more points than this share are dropped because the function has come to nothing around them,
 const MOST_STRAYS: f64 = 0.02;
 /// and changes are looked for so many spacings or cells, whatever is larger, around the points.
@@ -181,7 +182,8 @@ impl<const D: usize> Refinement<'_, D> {
             }
         }
         let most_held = if self.is_noisy() { MOST_HELD_NOISY } else { MOST_HELD };
-        for round in 1..=ROUNDS {
+        let deep = usize::from(is_deep(self.noise, self.spacing));
+        for _ in 0..ROUNDS[deep] {
             if self.cancel.is_cancelled() {
                 break;
             }
@@ -199,15 +201,14 @@ impl<const D: usize> Refinement<'_, D> {
             );
             for (place, value) in changes {
                 sides.places.push(place);
-                sides.bounds.push(HELD * value);
+                sides.bounds.push(HELD[deep] * value);
             }
             for Stray { index, places, value } in dropped {
                 (stray[index], areas[index]) = (true, 0.0);
-                sides.bounds.extend(places.iter().map(|_| HELD * value));
+                sides.bounds.extend(places.iter().map(|_| HELD[deep] * value));
                 sides.places.extend(places);
             }
-            let noise = (1.0 + MORE_NOISE * (round - 1) as f64) * self.noise;
-            refined = self.on_levels(initial, band, &sides, &areas, noise)?;
+            refined = self.on_levels(initial, band, &sides, &areas, self.noise)?;
         }
         Ok((refined, stray))
     }
@@ -301,6 +302,9 @@ impl<const D: usize> Refinement<'_, D> {
         if let (Some(noise), true) = (noise, self.is_decided_by_noise()) {
             settings.degrees_of_freedom = true;
             settings.smallest_smoothing_length = SMALLEST * spacing * (noise / spacing).powf(SMALLEST_POWER);
+            if self.points.len() >= FEW {
+                settings.largest_smoothing_length = LARGEST * settings.smallest_smoothing_length;
+            }
         }
         if self.points.len() < FEW {
             // So few are held out that their error may turn by chance.

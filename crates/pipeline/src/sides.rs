@@ -17,7 +17,7 @@ use crate::normals::normals;
 use crate::options::{Normals, Options, Topology};
 use crate::report::StageFigures;
 use crate::spacing::Spacing;
-use crate::thinning::thinned;
+use crate::thinning::{Choice, ENOUGH, thinned};
 
 /// The finest lattice of the topology stage, in halvings of the coarsest.
 pub const FINEST_RUNG: u32 = 2;
@@ -25,6 +25,19 @@ pub const FINEST_RUNG: u32 = 2;
 const ROUNDS: usize = 3;
 /// No larger share of the points than this, left out, would change it.
 const A_FEW: f64 = 0.0005;
+
+/// Where f̂ sees no more noise than so many spacings, the points are a layer, and as many as there are.
+const SHALLOW: f64 = 0.5;
+/// Where it sees more, and its score without what such noise adds is above this, its sides are doubtful: points many times deeper than they
+/// are apart look like a body. Of fewer, farther apart, the noise is shallower:
+const DOUBTFUL: f64 = 0.25;
+/// one of so many each time,
+const ONE_OF: usize = 3;
+/// but not fewer than these.
+const FEWEST: usize = 600;
+/// In the plane, where noise may be many spacings, finer lattices are left to fewer points if the score is above this: walls that are too thin
+/// for the lattice never got there.
+const HOPELESS: f64 = 0.8;
 
 /// Below this share of its mean the gradient of f̂ has no direction. (Beside strays it is weak, but tells the normal.)
 const FLAT: f64 = 0.05;
@@ -44,9 +57,24 @@ pub struct Sides<const D: usize> {
     pub points: Vec<[f64; D]>,
     /// and how far apart they are.
     pub spacing: Spacing,
+    /// Those of them that f̂ was fitted to, and how far apart these are, if not all.
+    pub few: Option<Few<D>>,
 }
 
-type Fit<const D: usize> = ((Spline<D>, f64, f64), StageFigures);
+/// Some of the points, and how far apart they are.
+type Few<const D: usize> = (Vec<[f64; D]>, Spacing);
+
+/// One f̂.
+struct Fit<const D: usize> {
+    f_hat: Spline<D>,
+    calibration: f64,
+    ratio: f64,
+    /// The noise that it sees, in spacings of the points that it was fitted to.
+    depth: f64,
+    /// The referee's, without what such noise adds.
+    score: f64,
+    figures: StageFigures,
+}
 
 /// What the search depends on besides the points.
 pub struct SideSearch<'a, const D: usize> {
@@ -70,9 +98,10 @@ impl<const D: usize> SideSearch<'_, D> {
     ) -> Result<(Sides<D>, StageFigures), ReconstructError> {
         let all = points.len();
         let mut strays = vec![false; all];
-        let (mut before, mut round) = (None, 1);
+        let (mut before, mut round, mut choice) = (None, 1, Choice::Even);
         loop {
-            let ((f_hat, calibration, ratio), figures) = self.fit(&points, &spacing, before.as_ref())?;
+            let (Fit { f_hat, calibration, ratio, figures, .. }, few) =
+                self.fit(&points, &spacing, before.as_ref(), &mut choice)?;
             let noise = gefm::noise_deviation(&f_hat, &points);
             let left_out = known + all - points.len();
             let found = LeaveOneOut::new(&points, &spacing).strays(&normals(&f_hat, &points, FLAT), noise, left_out);
@@ -84,22 +113,53 @@ impl<const D: usize> SideSearch<'_, D> {
                 (points, spacing) = without(&points, &found, spacing);
             }
             if too_many || round == ROUNDS || count <= A_FEW * enough {
-                return Ok((Sides { f_hat, calibration, ratio, noise, strays, points, spacing }, figures));
+                let few = if count > 0.0 && !too_many { thinned(&points, &spacing, choice) } else { few };
+                return Ok((Sides { f_hat, calibration, ratio, noise, strays, points, spacing, few }, figures));
             }
             (before, round) = (Some(f_hat), round + 1);
         }
     }
 
-    /// One f̂, its calibration and smoothing length, for points of which enough are heard; `before` is an earlier one.
+    /// f̂ for those of the points that are chosen so, and these; where noise is too deep for them others are chosen. `before` is an earlier f̂.
     fn fit(
         &self,
         points: &[[f64; D]],
         spacing: &Spacing,
         before: Option<&Spline<D>>,
+        choice: &mut Choice,
+    ) -> Result<(Fit<D>, Option<Few<D>>), ReconstructError> {
+        let of_all = |few: &Option<Few<D>>| few.as_ref().map_or(points.len(), |(few, _)| few.len());
+        let mut few = thinned(points, spacing, *choice);
+        let mut found = self.fit_to(points, spacing, &few, before)?;
+        while found.depth > SHALLOW {
+            let even = few.is_some() && *choice == Choice::Even;
+            let fewer = if even { ENOUGH } else { of_all(&few) / ONE_OF };
+            if !even && (found.score <= DOUBTFUL || fewer < FEWEST) {
+                break;
+            }
+            let next = thinned(points, spacing, Choice::Random(fewer));
+            let other = match self.fit_to(points, spacing, &next, before) {
+                Err(error) if !error.is_cancelled() => break,
+                other => other?,
+            };
+            if !even && other.score >= found.score {
+                break;
+            }
+            (found, few, *choice) = (other, next, Choice::Random(fewer));
+        }
+        Ok((found, few))
+    }
+
+    /// One f̂ for the few, if there are any, or else for all points; `before` is an earlier one.
+    fn fit_to(
+        &self,
+        points: &[[f64; D]],
+        spacing: &Spacing,
+        few: &Option<Few<D>>,
+        before: Option<&Spline<D>>,
     ) -> Result<Fit<D>, ReconstructError> {
-        let few = thinned(points, spacing.typical).map(|few| (Spacing::of(&few), few));
         let detail = spacing.typical;
-        let (spacing, points) = few.as_ref().map_or((spacing, points), |(spacing, few)| (spacing, few));
+        let (points, spacing) = few.as_ref().map_or((points, spacing), |(few, spacing)| (few, spacing));
         let Self { domain, halvings, options, cancel, .. } = *self;
         match options.topology {
             Topology::Continuation => {
@@ -108,13 +168,17 @@ impl<const D: usize> SideSearch<'_, D> {
                     normals: self.normals(points, before),
                     cancel: cancel.clone(),
                     detail,
+                    hopeless: if D == 2 && points.len() > ONE_OF * FEWEST { HOPELESS } else { f64::INFINITY },
                     ..gefm::LadderOptions::new(spacing.typical, spacing.density)
                 };
                 let (f_hat, _, report) =
                     gefm::climb(points, &spacing.areas, &domain.bottom(options.degree)?, &settings)?;
-                let calibration = report.choice().map_or(1.0, |choice| choice.judgement.calibration);
-                let ratio = report.choice().map_or(0.4, |choice| choice.ratio);
-                Ok(((f_hat, calibration, ratio), StageFigures::Ladder(report)))
+                let depth = gefm::noise_deviation(&f_hat, points) / spacing.typical;
+                let of_choice = |choice: &gefm::Candidate| {
+                    (choice.judgement.calibration, choice.ratio, choice.judgement.beyond_noise(depth))
+                };
+                let (calibration, ratio, score) = report.choice().map_or((1.0, 0.4, 0.0), of_choice);
+                Ok(Fit { f_hat, calibration, ratio, depth, score, figures: StageFigures::Ladder(report) })
             }
             Topology::Paper => {
                 // Below the spacing, so that close walls stay apart, but not below what the lattice can resolve.
@@ -124,7 +188,9 @@ impl<const D: usize> SideSearch<'_, D> {
                 settings.continuation.cancel = cancel.clone();
                 let knots = domain.knots(options.degree, 0)?;
                 let (f_hat, report) = gefm::fit(points, &spacing.areas, &knots, &settings)?;
-                Ok(((f_hat, 1.0, 0.4), StageFigures::Topology(report)))
+                let figures = StageFigures::Topology(report);
+                // Its points are what they are.
+                Ok(Fit { f_hat, calibration: 1.0, ratio: 0.4, depth: 0.0, score: 0.0, figures })
             }
         }
     }

@@ -215,10 +215,14 @@ impl<'a, const D: usize> Cascade<'a, D> {
             (current, step) = self.step(&objective, current, &mut total, (length, most_steps));
             if let Some((noise, before)) = before {
                 let found = deviation(&current, length);
-                self.at_noise = found <= noise || length <= self.options.smallest_smoothing_length;
+                let largest = self.options.largest_smoothing_length;
+                // The next step would be one below the largest length.
+                let within = self.options.after(length, 1) <= largest;
+                let close = found <= noise && within;
+                self.at_noise = close || length <= self.options.smallest_smoothing_length;
                 let previous = last.replace((length, found));
-                if let (true, Some(previous)) = (found <= noise, previous) {
-                    length = at_target(previous, (length, found), noise);
+                if let (true, Some(previous)) = (close, previous) {
+                    length = at_target(previous, (length, found), noise).min(largest);
                     (current, step) = self.step(&objective, before, &mut total, (length, most_steps));
                 }
             }

@@ -14,9 +14,15 @@ pub(crate) fn held_out<const D: usize>(points: &[[f64; D]], fraction: f64, seed:
         return vec![false; points.len()];
     }
     let fraction = fraction.max(least);
-    let held: Vec<bool> = points.iter().map(|p| unit_interval(hash(p, seed)) < fraction).collect();
+    let held: Vec<bool> = lots(points, seed).map(|lot| lot < fraction).collect();
     // Many equal points can leave nothing on one of the sides.
     if held.iter().all(|&h| h) || held.iter().all(|&h| !h) { vec![false; points.len()] } else { held }
+}
+
+/// A number in [0, 1) for every point that chance might have drawn, but its position has, whatever the order of the points and whatever the
+/// directions and the order of the axes; equal points have equal numbers. Another `seed` draws others.
+pub fn lots<const D: usize>(points: &[[f64; D]], seed: u64) -> impl Iterator<Item = f64> + '_ {
+    points.iter().map(move |point| unit_interval(hash(point, seed)))
 }
 
 /// Bits of a coordinate's mantissa that do not count: what other units and another origin leave is rounding.
@@ -63,6 +69,16 @@ mod tests {
         assert_ne!(held, held_out(&points, 0.05, 1), "the seed changes the choice");
         let turned: Vec<[f64; 2]> = points.iter().map(|p| [-p[1], p[0]]).collect();
         assert_eq!(held, held_out(&turned, 0.05, 0));
+    }
+
+    #[test]
+    fn lots_are_even_and_equal_points_share_theirs() {
+        let points = spiral(10_000);
+        let drawn: Vec<f64> = lots(&points, 3).collect();
+        let below = |x: f64| drawn.iter().filter(|lot| **lot < x).count() as f64 / 1e4;
+        // Binomial: at most 0.005 per standard deviation.
+        assert!([0.1, 0.5, 0.9].iter().all(|x| (below(*x) - x).abs() < 0.02));
+        assert_eq!(lots(&[points[7]; 2], 3).collect::<Vec<_>>(), [drawn[7]; 2]);
     }
 
     #[test]

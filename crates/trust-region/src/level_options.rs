@@ -24,6 +24,9 @@ pub struct LevelOptions {
     pub smoothing_length: f64,
     /// Where the smoothing length stops falling, on all levels. Not negative; 0 for nowhere.
     pub smallest_smoothing_length: f64,
+    /// Where the noise is known, ℓ falls at least to this, whatever the Sampson distances: of many points with much noise they hardly depend on
+    /// it. Positive; infinity for no such length.
+    pub largest_smoothing_length: f64,
     /// The weight is multiplied by this after every step of a level. In (0, 1].
     pub decay: f64,
     /// Which energy: none for the thin-plate energy, `w = ρ ℓ³`; a length λ for `∫‖∇³f‖² + ∫‖∇²f‖²/λ²`, `w = ρ ℓ⁵`.
@@ -79,6 +82,7 @@ impl Default for LevelOptions {
             density: 50.0,
             smoothing_length: 0.01,
             smallest_smoothing_length: 0.0,
+            largest_smoothing_length: f64::INFINITY,
             decay: 0.1,
             third_order: None,
             noise: None,
@@ -186,6 +190,12 @@ impl LevelOptions {
                 self.smallest_smoothing_length,
                 self.smallest_smoothing_length.is_finite() && self.smallest_smoothing_length >= 0.0,
                 "a length of at least zero is needed",
+            ),
+            (
+                "largest_smoothing_length",
+                self.largest_smoothing_length,
+                self.largest_smoothing_length > 0.0,
+                "a positive length is needed",
             ),
             ("decay", self.decay, positive(self.decay) && self.decay <= 1.0, "must lie in (0, 1]"),
             (

@@ -84,6 +84,7 @@ mod sides;
 mod steihaug;
 
 pub use error::Error;
+pub use holdout::lots;
 pub use level_options::{LevelError, LevelOptions};
 pub use level_report::{LevelErrors, LevelStep, LevelSummary, LevelsReport};
 pub use more_sorensen::MOST_EXACT;

@@ -209,6 +209,11 @@ fn known_noise_decides_how_close_the_fit_is() {
     assert!((last.steps.last().unwrap().errors.sampson_rms / noise - 1.0).abs() < 0.1, "{report:?}");
     assert!(report.held_out_points == 0 && report.result.held_out.is_none());
     assert!(error(&f) < 0.5 * noise, "{:e}", error(&f));
+    // What is left of more noise than there is would do long before.
+    let most = LevelOptions { noise: Some(2.0 * noise), largest_smoothing_length: 0.011, ..options.clone() };
+    let (_, report) = refine_levels(&points, None, None, &initial, &band, &most).unwrap();
+    let last = report.levels.last().unwrap().steps.last().unwrap();
+    assert!(last.smoothing_length <= 0.011 && last.smoothing_length > 0.005, "{last:?}");
     let none = LevelOptions { noise: Some(0.0), ..options };
     let refused = refine_levels(&points, None, None, &initial, &band, &none).unwrap_err();
     assert!(matches!(refused, LevelError::Refine(Error::Option { name: "noise", .. })));
