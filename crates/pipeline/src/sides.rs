@@ -131,7 +131,8 @@ impl<const D: usize> SideSearch<'_, D> {
         let of_all = |few: &Option<Few<D>>| few.as_ref().map_or(points.len(), |(few, _)| few.len());
         let mut few = thinned(points, spacing, *choice);
         let mut found = self.fit_to(points, spacing, &few, before)?;
-        while found.depth > SHALLOW {
+        // Of an open surface the score says nothing, and what f̂ calls noise may be that it is open.
+        while found.depth > SHALLOW && !self.options.open {
             let even = few.is_some() && *choice == Choice::Even;
             let fewer = if even { ENOUGH } else { of_all(&few) / ONE_OF };
             if !even && (found.score <= DOUBTFUL || fewer < FEWEST) {
