@@ -164,12 +164,13 @@ impl<const D: usize> SideSearch<'_, D> {
         let Self { domain, halvings, options, cancel, .. } = *self;
         match options.topology {
             Topology::Continuation => {
+                let fewer_follow = D == 2 && !options.open && points.len() > ONE_OF * FEWEST;
                 let settings = gefm::LadderOptions {
                     last: 1 + halvings.min(FINEST_RUNG),
                     normals: self.normals(points, before),
                     cancel: cancel.clone(),
                     detail,
-                    hopeless: if D == 2 && points.len() > ONE_OF * FEWEST { HOPELESS } else { f64::INFINITY },
+                    hopeless: if fewer_follow { HOPELESS } else { f64::INFINITY },
                     ..gefm::LadderOptions::new(spacing.typical, spacing.density)
                 };
                 let (f_hat, _, report) =
