@@ -9,7 +9,7 @@ use crate::spacing::Spacing;
 /// At most about so many points are worth hearing on a lattice of 32 cells along the longest side.
 pub const ENOUGH: usize = 12_000;
 
-/// Smoothing a random choice takes another one than the points that are held out.
+/// Draws others than those that are held out of the fit later.
 const SEED: u64 = 1;
 
 /// How points are chosen.

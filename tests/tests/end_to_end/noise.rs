@@ -51,8 +51,7 @@ fn thin_torus() {
     comes_out_right(&torus(0.2, 8000, &mut Random(7)), 1, 0.17);
 }
 
-/// Points so dense that noise of a percent is twice their spacing. Chosen evenly they fill a layer, in which f̂ found dozens of parts: 14 % of a
-/// standard deviation are left where it was nearly half of one.
+/// Points so dense that noise of a percent is more than their spacing: those that the topology stage hears must not fill it like a body.
 #[test]
 fn dense_torus() {
     comes_out_right(&torus(0.4, 30_000, &mut Random(7)), 1, 0.17);
