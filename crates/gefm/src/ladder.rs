@@ -16,6 +16,7 @@ use crate::noise::{LAYERED, LEAST_NOISE, layers, noise_deviation};
 use crate::patches::Patches;
 use crate::referee::Referee;
 use crate::rung::{Found, Rung};
+use crate::third_order::ThirdOrder;
 
 /// The best so far.
 struct Leader<const D: usize> {
@@ -25,6 +26,15 @@ struct Leader<const D: usize> {
     winding: Vec<f64>,
     /// Of the points that are heard, from its zero set.
     distances: Vec<f64>,
+}
+
+/// What a candidate is fitted with: the order of its fairness, its lattice, and its smoothing length in spacings.
+#[derive(Debug, Clone, Copy)]
+struct Trial {
+    order: usize,
+    halvings: u32,
+    unknowns: usize,
+    ratio: f64,
 }
 
 /// What decides between two candidates.
@@ -156,6 +166,9 @@ const RANDOM: f64 = 0.4;
 /// And above this one there is more noise than walls that are too thin can make of it.
 const HOPELESS: f64 = 0.8;
 
+/// Fairness of third order is for lattices with no more coefficients, for its matrix is factored.
+pub const MOST_FACTORED: usize = 15_000;
+
 struct Ladder<'a, const D: usize> {
     points: &'a [[f64; D]],
     areas: &'a [f64],
@@ -222,6 +235,7 @@ impl<const D: usize> Ladder<'_, D> {
             known => {
                 rung.set_ratio(known.map_or(ratio, |verdict| verdict.ratio))?;
                 self.search(&mut rung)?;
+                self.search_third_order(&rung)?;
             }
         }
         self.rung = Some(rung);
@@ -231,9 +245,13 @@ impl<const D: usize> Ladder<'_, D> {
     /// Where the points are pulled: along the leader's normals, or, as long as there is none, away from their centroid. The
     /// latter is never orthogonal to a right answer f, since `Σ aᵢ (Pᵢ − c)·∇f(Pᵢ)` is then D times the volume inside.
     fn directions(&self) -> Vec<[f64; D]> {
-        if let Some(leader) = &self.leader {
-            return leader.f.evaluate(self.points, Derivatives::Gradient).gradients;
+        match &self.leader {
+            Some(leader) => leader.f.evaluate(self.points, Derivatives::Gradient).gradients,
+            None => self.from_centroid(),
         }
+    }
+
+    fn from_centroid(&self) -> Vec<[f64; D]> {
         let total: f64 = self.areas.iter().sum();
         let centroid: [f64; D] = std::array::from_fn(|axis| {
             self.points.iter().zip(self.areas).map(|(p, a)| a * p[axis]).sum::<f64>() / total
@@ -302,6 +320,23 @@ impl<const D: usize> Ladder<'_, D> {
         Ok(())
     }
 
+    /// Candidates from scratch whose fairness is of third order, if there are to be any, where no other has convinced.
+    fn search_third_order(&mut self, rung: &Rung<D>) -> Result<(), GefmError> {
+        let options = self.options;
+        let is_convinced = |leader: &Leader<D>| leader.verdict.beyond_noise <= options.third_order_above;
+        let is_law = matches!(options.normals, KnownNormals::Trust(_));
+        let is_possible = !is_law && rung.unknowns() <= MOST_FACTORED;
+        if options.third_order.is_empty() || !is_possible || self.leader.as_ref().is_some_and(is_convinced) {
+            return Ok(());
+        }
+        let third_order = ThirdOrder::new((self.points, self.areas), rung.knots(), &self.from_centroid(), options)?;
+        for ratio in &options.third_order {
+            let trial = Trial { order: 3, halvings: rung.halvings, unknowns: rung.unknowns(), ratio: *ratio };
+            self.tried(third_order.spectral(*ratio), trial, Start::Eigenvector)?;
+        }
+        Ok(())
+    }
+
     /// Fits and judges; the score is infinite if the fit failed.
     ///
     /// # Errors
@@ -316,27 +351,36 @@ impl<const D: usize> Ladder<'_, D> {
             }
             _ => rung.spectral(),
         };
-        match self.judge(found, rung, start) {
+        let trial = Trial { order: 2, halvings: rung.halvings, unknowns: rung.unknowns(), ratio: rung.ratio() };
+        self.tried(found, trial, start)
+    }
+
+    /// Judges what was found; the score is infinite if the fit failed.
+    ///
+    /// # Errors
+    /// If the ladder was cancelled.
+    fn tried(&mut self, found: Found<D>, trial: Trial, start: Start) -> Result<Verdict, GefmError> {
+        match self.judge(found, trial, start) {
             Ok(verdict) => Ok(verdict),
             Err(cancelled @ GefmError::Cancelled(_)) => Err(cancelled),
             Err(error) => {
                 self.failure = Some(error);
-                Ok(Verdict::failed(rung.ratio()))
+                Ok(Verdict::failed(trial.ratio))
             }
         }
     }
 
-    fn judge(&mut self, found: Found<D>, rung: &Rung<D>, start: Start) -> Result<Verdict, GefmError> {
+    fn judge(&mut self, found: Found<D>, trial: Trial, start: Start) -> Result<Verdict, GefmError> {
         let (f, iterations) = found?;
         let (judgement, winding) = self.referee.judge(&f)?;
-        let (halvings, unknowns, ratio, score) = (rung.halvings, rung.unknowns(), rung.ratio(), judgement.score);
+        let (Trial { order, halvings, unknowns, ratio }, score) = (trial, judgement.score);
         let noise = (score >= self.options.content).then(|| noise_deviation(&f, self.points) / self.options.spacing);
         let seen = noise.unwrap_or(0.0);
         let distances = self.distances(&f);
         let off = self.patches.off(&distances, seen * self.options.spacing).len();
         let own_noise = seen * self.patches.own_share(&distances).sqrt();
         let layers = layers(&distances, seen * self.options.spacing, self.options.spacing);
-        debug!(halvings, unknowns, ratio, ?start, iterations, score, noise, own_noise, off, layers, "candidate");
+        debug!(order, halvings, unknowns, ratio, ?start, iterations, score, noise, own_noise, off, layers, "candidate");
         let (beyond_noise, layered) = (judgement.beyond_noise(seen), layers.is_some_and(|layers| layers > LAYERED));
         let verdict = Verdict { score, beyond_noise, ratio, noise: seen, own_noise, off, layered };
         let is_better = match &self.leader {
@@ -345,7 +389,17 @@ impl<const D: usize> Ladder<'_, D> {
             None => true,
         };
         let index = self.report.candidates.len();
-        self.report.candidates.push(Candidate { halvings, unknowns, ratio, start, iterations, noise, off, judgement });
+        self.report.candidates.push(Candidate {
+            order,
+            halvings,
+            unknowns,
+            ratio,
+            start,
+            iterations,
+            noise,
+            off,
+            judgement,
+        });
         if is_better {
             self.leader = Some(Leader { f, index, verdict, winding, distances });
         }
@@ -391,6 +445,23 @@ mod tests {
         let welded = &report.candidates[0];
         assert_eq!(welded.ratio, 3.2);
         assert!(welded.judgement.score > 2.0 * choice.judgement.score, "{report:?}");
+    }
+
+    #[test]
+    fn third_order_tells_the_sides_of_a_wall_thinner_than_the_spacing() {
+        // A bar 0.9 × 0.03, points 0.06 apart, on cells of 0.075.
+        let side = |y: f64, from: f64| (0..15).map(move |i| [from + 0.06 * f64::from(i), y]);
+        let points: Vec<[f64; 2]> = side(-0.015, -0.44).chain(side(0.015, -0.41)).collect();
+        let found = |third_order: &[f64]| {
+            let options =
+                LadderOptions { third_order: third_order.to_vec(), last: 1, ..LadderOptions::new(0.06, 1.0 / 0.06) };
+            let (f, _, report) = climb(&points, &[1.0; 30], &knots(0.6, 8), &options).unwrap();
+            let right = points.iter().filter(|p| f.value_and_gradient(p).1[1] * p[1] > 0.0).count();
+            (right.max(30 - right), report.choice().unwrap().order)
+        };
+        assert_eq!(found(&[0.4, 0.2]), (30, 3));
+        let (right, order) = found(&[]);
+        assert!(right < 25 && order == 2, "{right}");
     }
 
     #[test]

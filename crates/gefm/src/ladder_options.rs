@@ -50,6 +50,11 @@ pub struct LadderOptions<const D: usize> {
     pub doubtful: f64,
     /// Above this score of the best candidate no further lattice is climbed to.
     pub hopeless: f64,
+    /// Smoothing lengths, in spacings, of candidates whose fairness is of third order: for few points, of which that of second order makes no
+    /// thin parts. They are tried where no other candidate scores less than `third_order_above`.
+    pub third_order: Vec<f64>,
+    /// See there; without what noise adds to the score.
+    pub third_order_above: f64,
     /// Relative residual of the solves on finer lattices.
     pub tolerance: f64,
     /// What is known of the normals.
@@ -73,6 +78,8 @@ impl<const D: usize> LadderOptions<D> {
             content: 0.1,
             doubtful: 0.25,
             hopeless: f64::INFINITY,
+            third_order: vec![],
+            third_order_above: 0.2,
             tolerance: 1e-3,
             normals: KnownNormals::None,
             cancel: CancelToken::new(),
@@ -82,5 +89,10 @@ impl<const D: usize> LadderOptions<D> {
     /// The weight of the thin-plate energy for a smoothing length of `ratio` spacings.
     pub(crate) fn weight(&self, ratio: f64) -> f64 {
         self.density * (ratio * self.spacing).powi(3)
+    }
+
+    /// The weight of `∫‖∇³f‖²` for the same.
+    pub(crate) fn third_order_weight(&self, ratio: f64) -> f64 {
+        self.density * (ratio * self.spacing).powi(5)
     }
 }

@@ -19,6 +19,8 @@ pub enum Start {
 /// One fit and what the referee said.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Candidate {
+    /// Of the derivatives that its fairness is made of: 2, or 3 where few points asked for it.
+    pub order: usize,
     /// Halvings of the base lattice.
     pub halvings: u32,
     /// Number of control coefficients.
@@ -51,5 +53,12 @@ impl LadderReport {
     /// The chosen candidate.
     pub fn choice(&self) -> Option<&Candidate> {
         self.candidates.get(self.chosen)
+    }
+
+    /// With the candidates of another ladder after its own, of which that one's is chosen.
+    pub fn followed_by(mut self, other: Self) -> Self {
+        self.chosen = self.candidates.len() + other.chosen;
+        self.candidates.extend(other.candidates);
+        self
     }
 }

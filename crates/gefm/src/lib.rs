@@ -51,6 +51,7 @@ mod p_continuation;
 mod patches;
 mod referee;
 mod rung;
+mod third_order;
 mod tridiagonal;
 
 pub use eigenvector_fit::{EigenvectorIteration, EigenvectorOptions, EigenvectorReport, eigenvector_fit};
@@ -58,7 +59,7 @@ pub use error::GefmError;
 pub use fit::{Options, Report, fit};
 pub use gradient_form::area_vectors;
 pub use hermite_fit::{HermiteOptions, hermite_fit};
-pub use ladder::climb;
+pub use ladder::{MOST_FACTORED, climb};
 pub use ladder_options::{KnownNormals, LadderOptions};
 pub use ladder_report::{Candidate, LadderReport, Start};
 pub use lanczos::EigenpairSummary;

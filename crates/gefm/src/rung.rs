@@ -12,10 +12,14 @@ use crate::normal_solver::Iterative;
 use crate::p_continuation::{ContinuationOptions, continue_exponent};
 
 /// Most iterations per exponent: candidates that need more have never turned out well.
-const MOST_ITERATIONS: usize = 40;
+pub(crate) const MOST_ITERATIONS: usize = 40;
 
-/// Relative residual of the solves for the eigenvector, which is wanted to 1e-2 itself.
-const SPECTRAL: f64 = 1e-2;
+/// Relative residual of the eigenvector, and of the solves for it,
+pub(crate) const SPECTRAL: f64 = 1e-2;
+/// which is sought in so many steps at most,
+pub(crate) const MOST_LANCZOS_STEPS: usize = 24;
+/// and the exponents of the continuation after it.
+pub(crate) const EXPONENTS: [f64; 2] = [1.5, 1.0];
 
 /// The points on one lattice, with a smoothing length that may be changed.
 pub(crate) struct Rung<'a, const D: usize> {
@@ -69,6 +73,11 @@ impl<'a, const D: usize> Rung<'a, D> {
         self.ratio
     }
 
+    /// The lattice.
+    pub(crate) fn knots(&self) -> &[KnotVector; D] {
+        self.multigrid.knots()
+    }
+
     /// Number of control coefficients.
     pub(crate) fn unknowns(&self) -> usize {
         self.multigrid.size()
@@ -109,10 +118,10 @@ impl<'a, const D: usize> Rung<'a, D> {
         self.options.cancel.check()?;
         let solver = Iterative::new(&self.multigrid, self.options.tolerance);
         let apply_b = |f: &[f64]| apply_b(&self.collocation, self.areas, f);
-        let pair =
-            smallest_eigenpair(|right| solver.solve_from_zero(right, SPECTRAL), apply_b, self.pull.clone(), 1e-2, 24);
+        let solve = |right: &[f64]| solver.solve_from_zero(right, SPECTRAL);
+        let pair = smallest_eigenpair(solve, apply_b, self.pull.clone(), SPECTRAL, MOST_LANCZOS_STEPS);
         let (f, _) = pair.ok_or(GefmError::NoGradient)?;
-        self.at_exponents(f, &[1.5, 1.0])
+        self.at_exponents(f, &EXPONENTS)
     }
 
     fn at_exponents(&self, f: Vec<f64>, exponents: &[f64]) -> Found<D> {
