@@ -26,6 +26,8 @@ struct Leader<const D: usize> {
     winding: Vec<f64>,
     /// Of the points that are heard, from its zero set.
     distances: Vec<f64>,
+    /// Whether its fairness is of third order, or it began with the normals of one of which that is so.
+    third_order: bool,
 }
 
 /// What a candidate is fitted with: the order of its fairness, its lattice, and its smoothing length in spacings.
@@ -230,10 +232,11 @@ impl<const D: usize> Ladder<'_, D> {
                 self.consider(&rung, self.next())?;
             }
         }
-        match self.leader.as_ref().map(|leader| leader.verdict) {
-            Some(verdict) if verdict.beyond_noise <= self.options.doubtful => {}
+        match &self.leader {
+            // Of points that want third order, second order has no better sides on finer lattices.
+            Some(leader) if leader.third_order || leader.verdict.beyond_noise <= self.options.doubtful => {}
             known => {
-                rung.set_ratio(known.map_or(ratio, |verdict| verdict.ratio))?;
+                rung.set_ratio(known.as_ref().map_or(ratio, |leader| leader.verdict.ratio))?;
                 self.search(&mut rung)?;
                 self.search_third_order(&rung)?;
             }
@@ -247,11 +250,12 @@ impl<const D: usize> Ladder<'_, D> {
     fn directions(&self) -> Vec<[f64; D]> {
         match &self.leader {
             Some(leader) => leader.f.evaluate(self.points, Derivatives::Gradient).gradients,
-            None => self.from_centroid(),
+            None => self.away_from_centroid(),
         }
     }
 
-    fn from_centroid(&self) -> Vec<[f64; D]> {
+    /// Away from the centroid of the points.
+    fn away_from_centroid(&self) -> Vec<[f64; D]> {
         let total: f64 = self.areas.iter().sum();
         let centroid: [f64; D] = std::array::from_fn(|axis| {
             self.points.iter().zip(self.areas).map(|(p, a)| a * p[axis]).sum::<f64>() / total
@@ -329,7 +333,8 @@ impl<const D: usize> Ladder<'_, D> {
         if options.third_order.is_empty() || !is_possible || self.leader.as_ref().is_some_and(is_convinced) {
             return Ok(());
         }
-        let third_order = ThirdOrder::new((self.points, self.areas), rung.knots(), &self.from_centroid(), options)?;
+        let third_order =
+            ThirdOrder::new((self.points, self.areas), rung.knots(), &self.away_from_centroid(), options)?;
         for ratio in &options.third_order {
             let trial = Trial { order: 3, halvings: rung.halvings, unknowns: rung.unknowns(), ratio: *ratio };
             self.tried(third_order.spectral(*ratio), trial, Start::Eigenvector)?;
@@ -401,7 +406,9 @@ impl<const D: usize> Ladder<'_, D> {
             judgement,
         });
         if is_better {
-            self.leader = Some(Leader { f, index, verdict, winding, distances });
+            let began = start == Start::Leader && self.leader.as_ref().is_some_and(|leader| leader.third_order);
+            let third_order = order == 3 || began;
+            self.leader = Some(Leader { f, index, verdict, winding, distances, third_order });
         }
         Ok(verdict)
     }

@@ -12,7 +12,7 @@ use crate::memory::MemoryReport;
 use crate::sign_field::SignField;
 use crate::spacing::{Spacing, distances_to};
 use crate::support::{Nearest, Support};
-use crate::thinning::{Choice, thinned};
+use crate::thinning::{Choice, ENOUGH, thinned};
 
 /// A hole begins where no point is near enough to [support](Support::nearest) a surface, and none within this share of a coarse cell; from
 /// twice that distance on the fit speaks alone.
@@ -66,7 +66,7 @@ pub fn fill_holes<const D: usize>(
         return Ok(Filling::NoHoles);
     }
     let all = Spacing::of(sites);
-    let few = thinned(sites, &all, Choice::Even);
+    let few = thinned(sites, &all, Choice::Even(ENOUGH));
     let (sites, spacing) = few.as_ref().map_or((sites, &all), |(few, spacing)| (few, spacing));
     let support = Support::new(sites, spacing);
     // Of a place: 1 where a hole begins.

@@ -51,6 +51,7 @@ mod denoising;
 mod domain;
 mod error;
 mod extraction;
+mod facing_sheets;
 mod far_off;
 mod fragile;
 mod frame;

@@ -71,6 +71,11 @@ impl MemoryReport {
         let bytes = FACTOR * factor_entries::<D>(coefficients as f64, degree);
         self.limit.is_none_or(|limit| self.need as f64 + bytes <= limit as f64)
     }
+
+    /// Whether so many points can be heard in the topology stage in place of fewer.
+    pub(crate) fn has_room_to_hear(&self, points: usize) -> bool {
+        self.limit.is_none_or(|limit| self.need as f64 + LADDER_POINT * points as f64 <= limit as f64)
+    }
 }
 
 /// Entries of the Cholesky factor of a lattice's matrix by nested dissection (George 1973): its separators are as many layers thick as

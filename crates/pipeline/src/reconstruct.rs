@@ -12,12 +12,14 @@ use crate::crossings::{Closeness, crossings, gaps};
 use crate::denoising::denoised;
 use crate::domain::Domain;
 use crate::error::ReconstructError;
+use crate::facing_sheets::facing_share;
 use crate::far_off::far_off;
 use crate::frame::{Frame, finite, not_flat};
 use crate::hole_filling::{Filling, fill_holes};
 use crate::known_normals::Known;
 use crate::left_out::{isolated, kept, mark, without};
 use crate::memory::{self, Counts};
+use crate::normals::normals as normals_of;
 use crate::one_sided::turning;
 use crate::options::{Options, Topology};
 use crate::point::{Point, Reconstruct};
@@ -72,6 +74,13 @@ const MOST_LEFT_OUT: f64 = 0.04;
 const CHEAP_CELLS: usize = 128;
 /// In space it has no more cubic coefficients than so many times the number of points.
 const MOST_COEFFICIENTS: f64 = 450.0;
+/// Where more than this share of the points face another sheet within a cell of the dense lattice, some of them have no node between them, and
+/// their sides are lost: then its cells are halved once more, which in space takes eight times the nodes.
+const MOST_FACING: f64 = 0.001;
+/// But not if a cell is no wider than so many spacings: then the points do not tell the sheets apart either.
+const TOLD_APART: f64 = 2.5;
+/// Below this share of its mean the gradient of f̂ does not tell which way a sheet faces.
+const TELLING: f64 = 0.3;
 /// Below this share of zero-set edges with data nearby, a warning is given.
 const SUPPORT_EXPECTED: f64 = 0.7;
 /// An open surface whose sides meet at more of its points is not to be trusted.
@@ -161,9 +170,10 @@ pub(crate) fn road<const D: usize>(
         true => Some(refinement::band(&heard, &spacing, &domain, halvings, levels, false)?),
         false => None,
     };
-    let cell = domain.spacing(halvings);
-    let counts = |band: Option<&CellBand<D>>| Counts::of(points.len(), &spacing, &domain, halvings, options, band);
-    let mut memory = counts(band.as_ref()).within(memory::memory_limit(options.memory))?;
+    let counts = |band: Option<&CellBand<D>>, halvings: u32| {
+        Counts::of(points.len(), &spacing, &domain, halvings, options, band)
+    };
+    let mut memory = counts(band.as_ref(), halvings).within(memory::memory_limit(options.memory))?;
     let band = band.map(|band| band.shallower(memory.levels));
     let mut road = Road { stages: Vec::new(), watch };
 
@@ -173,6 +183,7 @@ pub(crate) fn road<const D: usize>(
         halvings,
         options,
         known: known.map(|known| (known, &frame)),
+        memory: &memory,
         cancel: &watch.cancel,
     };
     let known_strays = distinct.len() - heard.len();
@@ -181,19 +192,31 @@ pub(crate) fn road<const D: usize>(
     mark(&mut outliers, &strays);
     let (few, few_spacing) = few.as_ref().map_or((&heard, &spacing), |(few, spacing)| (few, spacing));
 
-    let band = match band {
+    let (band, halvings) = match band {
         Some(band) if refinement::is_deep(noise, &spacing) => {
             let wide = refinement::band(&heard, &spacing, &domain, halvings, levels, true)?;
-            match counts(Some(&wide)).within(memory.limit) {
+            match counts(Some(&wide), halvings).within(memory.limit) {
                 Ok(need) if need.levels == memory.levels => {
                     memory = need;
-                    Some(wide.shallower(memory.levels))
+                    (Some(wide.shallower(memory.levels)), halvings)
                 }
-                _ => Some(band),
+                _ => (Some(band), halvings),
             }
         }
-        band => band,
+        Some(band) if levels != Some(0) && is_narrow(&f_hat, few, &spacing, domain.spacing(halvings)) => {
+            let levels = levels.map(|levels| levels - 1);
+            let fine = refinement::band(&heard, &spacing, &domain, halvings + 1, levels, false)?;
+            match counts(Some(&fine), halvings + 1).within(memory.limit) {
+                Ok(need) if need.levels + 1 >= memory.levels => {
+                    memory = need;
+                    (Some(fine.shallower(memory.levels)), halvings + 1)
+                }
+                _ => (Some(band), halvings),
+            }
+        }
+        band => (band, halvings),
     };
+    let cell = domain.spacing(halvings);
     let nodes = domain.nodes(halvings);
     // The referee knows closed surfaces only and may take an open one for noisy: its choice of a long smoothing length is then
     // heard only if neighbouring points differ as noisy ones do.
@@ -462,6 +485,13 @@ fn lattices<const D: usize>(frame: &Frame<D>, spacing: &Spacing, margin: f64, op
             Lattices { domain, halvings, levels: None }
         }
     }
+}
+
+/// Whether gaps or walls that the points tell apart are narrower than a `cell` of the dense lattice; f̂ was fitted to these few of them.
+fn is_narrow<const D: usize>(f_hat: &Spline<D>, few: &[[f64; D]], spacing: &Spacing, cell: f64) -> bool {
+    D == 3
+        && cell > TOLD_APART * spacing.typical
+        && facing_share(few, &normals_of(f_hat, few, TELLING), cell) > MOST_FACING
 }
 
 fn unsigned_distance<const D: usize>(

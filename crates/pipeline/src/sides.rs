@@ -13,11 +13,12 @@ use crate::frame::Frame;
 use crate::known_normals::Known;
 use crate::leave_one_out::LeaveOneOut;
 use crate::left_out::{self, mark, without};
+use crate::memory::MemoryReport;
 use crate::normals::normals;
 use crate::options::{Normals, Options, Topology};
 use crate::report::StageFigures;
 use crate::spacing::Spacing;
-use crate::thinning::{Choice, ENOUGH, thinned};
+use crate::thinning::{Choice, ENOUGH, Few, MORE, thinned};
 
 /// The finest lattice of the topology stage, in halvings of the coarsest.
 pub const FINEST_RUNG: u32 = 2;
@@ -35,6 +36,18 @@ const DOUBTFUL: f64 = 0.25;
 const ONE_OF: usize = 3;
 /// but not fewer than these.
 const FEWEST: usize = 600;
+/// Points farther from the zero set of f̂ than so many spacings of those that it was fitted to, and than so many standard deviations of the
+/// noise, lie where these do not tell what the others would;
+const ASTRAY: f64 = 0.4;
+const ASTRAY_NOISE: f64 = 6.0;
+/// if more than this share do, more are heard.
+const MANY_ASTRAY: f64 = 0.001;
+
+/// Fairness of third order is tried for no more points than these, in space,
+const SPARSE: usize = 3000;
+/// with these smoothing lengths, in spacings.
+const THIRD_ORDER: [f64; 3] = [0.4, 0.2, 0.1];
+
 /// In the plane, where noise may be many spacings, finer lattices are left to fewer points if the score is above this: walls that are too thin
 /// for the lattice never got there.
 const HOPELESS: f64 = 0.8;
@@ -61,9 +74,6 @@ pub struct Sides<const D: usize> {
     pub few: Option<Few<D>>,
 }
 
-/// Some of the points, and how far apart they are.
-type Few<const D: usize> = (Vec<[f64; D]>, Spacing);
-
 /// One f̂.
 struct Fit<const D: usize> {
     f_hat: Spline<D>,
@@ -84,6 +94,8 @@ pub struct SideSearch<'a, const D: usize> {
     pub options: &'a Options,
     /// Normals that come with the points.
     pub known: Option<(Known<'a, D>, &'a Frame<D>)>,
+    /// What may be used: neither third order nor more points are worth more than that.
+    pub memory: &'a MemoryReport,
     /// Ends the search early.
     pub cancel: &'a CancelToken,
 }
@@ -98,10 +110,14 @@ impl<const D: usize> SideSearch<'_, D> {
     ) -> Result<(Sides<D>, StageFigures), ReconstructError> {
         let all = points.len();
         let mut strays = vec![false; all];
-        let (mut before, mut round, mut choice) = (None, 1, Choice::Even);
+        let (mut before, mut round, mut choice) = (None, 1, Choice::Even(ENOUGH));
         loop {
-            let (Fit { f_hat, calibration, ratio, figures, .. }, few) =
-                self.fit(&points, &spacing, before.as_ref(), &mut choice)?;
+            let (mut fit, mut few) = self.fit(&points, &spacing, before.as_ref(), &mut choice)?;
+            let mut chosen = choice;
+            if let Some(found) = self.with_more(&points, &spacing, &fit, (&few, choice))? {
+                ((fit, few), chosen) = (found, Choice::Even(MORE));
+            }
+            let Fit { f_hat, calibration, ratio, figures, .. } = fit;
             let noise = gefm::noise_deviation(&f_hat, &points);
             let left_out = known + all - points.len();
             let found = LeaveOneOut::new(&points, &spacing).strays(&normals(&f_hat, &points, FLAT), noise, left_out);
@@ -113,7 +129,7 @@ impl<const D: usize> SideSearch<'_, D> {
                 (points, spacing) = without(&points, &found, spacing);
             }
             if too_many || round == ROUNDS || count <= A_FEW * enough {
-                let few = if count > 0.0 && !too_many { thinned(&points, &spacing, choice) } else { few };
+                let few = if count > 0.0 && !too_many { thinned(&points, &spacing, chosen) } else { few };
                 return Ok((Sides { f_hat, calibration, ratio, noise, strays, points, spacing, few }, figures));
             }
             (before, round) = (Some(f_hat), round + 1);
@@ -133,7 +149,7 @@ impl<const D: usize> SideSearch<'_, D> {
         let mut found = self.fit_to(points, spacing, &few, before)?;
         // Of an open surface the score says nothing, and what f̂ calls noise may be that it is open.
         while found.depth > SHALLOW && !self.options.open {
-            let even = few.is_some() && *choice == Choice::Even;
+            let even = few.is_some() && matches!(choice, Choice::Even(_));
             let fewer = if even { ENOUGH } else { of_all(&few) / ONE_OF };
             if !even && (found.score <= DOUBTFUL || fewer < FEWEST) {
                 break;
@@ -151,6 +167,63 @@ impl<const D: usize> SideSearch<'_, D> {
         Ok((found, few))
     }
 
+    /// f̂ fitted to more of the points than these few, if many of the others lie off it and fewer do then: on the finest lattice, and from its
+    /// own normals, whose sides are right but for narrow parts. What is narrow is told by points that are near each other, but coarse
+    /// lattices want them far apart, for their smoothing length is not to be far below a cell.
+    fn with_more(
+        &self,
+        points: &[[f64; D]],
+        spacing: &Spacing,
+        known: &Fit<D>,
+        (few, choice): (&Option<Few<D>>, Choice),
+    ) -> Result<Option<(Fit<D>, Option<Few<D>>)>, ReconstructError> {
+        let worth = known.depth <= SHALLOW && known.score <= DOUBTFUL && matches!(choice, Choice::Even(_));
+        let (Some((_, apart)), StageFigures::Ladder(climbed), true) = (few, &known.figures, worth) else {
+            return Ok(None);
+        };
+        let limit = apart.typical * ASTRAY.max(ASTRAY_NOISE * known.depth);
+        let astray = |f: &Spline<D>| {
+            let distances = f.evaluate(points, Derivatives::Gradient).sampson_distances();
+            distances.iter().filter(|distance| distance.abs() > limit).count()
+        };
+        let astray_before = astray(&known.f_hat);
+        if astray_before as f64 <= MANY_ASTRAY * points.len() as f64 {
+            return Ok(None);
+        }
+        let more = thinned(points, spacing, Choice::Even(MORE));
+        let (heard, apart) = more.as_ref().map_or((points, spacing), |(more, apart)| (more, apart));
+        if !self.memory.has_room_to_hear(heard.len()) {
+            return Ok(None);
+        }
+        let finest = self.finest();
+        let settings = gefm::LadderOptions {
+            first: finest,
+            last: finest,
+            content: f64::INFINITY,
+            normals: self.normals(heard, Some(&known.f_hat)),
+            cancel: self.cancel.clone(),
+            ..gefm::LadderOptions::new(apart.typical, apart.density)
+        };
+        let bottom = self.domain.bottom(self.options.degree)?;
+        let (f_hat, report) = match gefm::climb(heard, &apart.areas, &bottom, &settings) {
+            Ok((f_hat, _, report)) => (f_hat, report),
+            Err(cancelled @ gefm::GefmError::Cancelled(_)) => return Err(cancelled.into()),
+            Err(_) => return Ok(None),
+        };
+        let Some(chosen) = report.choice() else { return Ok(None) };
+        if chosen.judgement.score > DOUBTFUL || astray(&f_hat) >= astray_before {
+            return Ok(None);
+        }
+        let (calibration, ratio) = (chosen.judgement.calibration, chosen.ratio);
+        let figures = StageFigures::Ladder(climbed.clone().followed_by(report));
+        Ok(Some((Fit { f_hat, calibration, ratio, depth: known.depth, score: known.score, figures }, more)))
+    }
+
+    /// The last rung, in halvings of the V-cycle's coarsest lattice.
+    fn finest(&self) -> u32 {
+        1 + self.halvings.min(FINEST_RUNG)
+    }
+
     /// One f̂ for the few, if there are any, or else for all points; `before` is an earlier one.
     fn fit_to(
         &self,
@@ -161,16 +234,21 @@ impl<const D: usize> SideSearch<'_, D> {
     ) -> Result<Fit<D>, ReconstructError> {
         let detail = spacing.typical;
         let (points, spacing) = few.as_ref().map_or((points, spacing), |(few, spacing)| (few, spacing));
-        let Self { domain, halvings, options, cancel, .. } = *self;
+        let Self { domain, options, cancel, .. } = *self;
         match options.topology {
             Topology::Continuation => {
                 let fewer_follow = D == 2 && !options.open && points.len() > ONE_OF * FEWEST;
+                let third_order = D == 3
+                    && options.degree >= 3
+                    && points.len() <= SPARSE
+                    && self.memory.has_room_to_factor::<D>(gefm::MOST_FACTORED, options.degree);
                 let settings = gefm::LadderOptions {
-                    last: 1 + halvings.min(FINEST_RUNG),
+                    last: self.finest(),
                     normals: self.normals(points, before),
                     cancel: cancel.clone(),
                     detail,
                     hopeless: if fewer_follow { HOPELESS } else { f64::INFINITY },
+                    third_order: if third_order { THIRD_ORDER.to_vec() } else { vec![] },
                     ..gefm::LadderOptions::new(spacing.typical, spacing.density)
                 };
                 let (f_hat, _, report) =

@@ -8,28 +8,29 @@ use crate::spacing::Spacing;
 
 /// At most about so many points are worth hearing on a lattice of 32 cells along the longest side.
 pub const ENOUGH: usize = 12_000;
+/// On one of 64 cells, of shapes with thin parts, so many are.
+pub const MORE: usize = 4 * ENOUGH;
 
 /// Draws others than those that are held out of the fit later.
 const SEED: u64 = 1;
 
+/// Some of the points, and how far apart they are.
+pub type Few<const D: usize> = (Vec<[f64; D]>, Spacing);
+
 /// How points are chosen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Choice {
-    /// Evenly, about [`ENOUGH`] of more than twice as many: thin walls and gaps keep their points.
-    Even,
+    /// Evenly, about so many of more than twice as many: thin walls and gaps keep their points.
+    Even(usize),
     /// So many at random, the sparser parts less thinned: of points with deep noise even ones would fill its depth, and many do too, where
     /// they do not tell the noise from a body.
     Random(usize),
 }
 
 /// Some of the points and their spacing, by position alone; none if that is all. `spacing` is that of all points, frame units.
-pub fn thinned<const D: usize>(
-    points: &[[f64; D]],
-    spacing: &Spacing,
-    choice: Choice,
-) -> Option<(Vec<[f64; D]>, Spacing)> {
+pub fn thinned<const D: usize>(points: &[[f64; D]], spacing: &Spacing, choice: Choice) -> Option<Few<D>> {
     let few = match choice {
-        Choice::Even if points.len() > 2 * ENOUGH => evenly(points, spacing.typical),
+        Choice::Even(count) if points.len() > 2 * count => evenly(points, spacing.typical, count),
         Choice::Random(count) if count < points.len() => at_random(points, spacing, count),
         _ => return None,
     };
@@ -37,9 +38,9 @@ pub fn thinned<const D: usize>(
     Some((few, spacing))
 }
 
-/// One point per cell of a lattice fine enough to leave about [`ENOUGH`]: the one nearest to its cell's centre.
-fn evenly<const D: usize>(points: &[[f64; D]], typical: f64) -> Vec<[f64; D]> {
-    let share = points.len() as f64 / ENOUGH as f64;
+/// One point per cell of a lattice fine enough to leave about `count`: the one nearest to its cell's centre.
+fn evenly<const D: usize>(points: &[[f64; D]], typical: f64, count: usize) -> Vec<[f64; D]> {
+    let share = points.len() as f64 / count as f64;
     let cell = typical * share.powf(1.0 / (D as f64 - 1.0));
     let mut chosen: BTreeMap<[i64; D], (f64, [f64; D])> = BTreeMap::new();
     for point in points {
@@ -88,7 +89,7 @@ mod tests {
         };
         for (choice, range) in [
             // One per cell of √(40 000 / 12 000) spacings.
-            (Choice::Even, 9_000..=14_000),
+            (Choice::Even(ENOUGH), 9_000..=14_000),
             // Binomial: a standard deviation of 61.
             (Choice::Random(4000), 3_750..=4_250),
         ] {
@@ -97,7 +98,7 @@ mod tests {
             assert_eq!(sorted(&reversed, choice), few);
         }
         let spacing = Spacing::of(&points[..1000]);
-        assert!(thinned(&points[..1000], &spacing, Choice::Even).is_none());
+        assert!(thinned(&points[..1000], &spacing, Choice::Even(ENOUGH)).is_none());
         assert!(thinned(&points[..1000], &spacing, Choice::Random(1000)).is_none());
     }
 
