@@ -43,11 +43,6 @@ const ASTRAY_NOISE: f64 = 6.0;
 /// if more than this share do, more are heard.
 const MANY_ASTRAY: f64 = 0.001;
 
-/// Fairness of third order is tried for no more points than these, in space,
-const SPARSE: usize = 3000;
-/// with these smoothing lengths, in spacings.
-const THIRD_ORDER: [f64; 3] = [0.4, 0.2, 0.1];
-
 /// In the plane, where noise may be many spacings, finer lattices are left to fewer points if the score is above this: walls that are too thin
 /// for the lattice never got there.
 const HOPELESS: f64 = 0.8;
@@ -94,7 +89,7 @@ pub struct SideSearch<'a, const D: usize> {
     pub options: &'a Options,
     /// Normals that come with the points.
     pub known: Option<(Known<'a, D>, &'a Frame<D>)>,
-    /// What may be used: neither third order nor more points are worth more than that.
+    /// What may be used: more points are not worth more than that.
     pub memory: &'a MemoryReport,
     /// Ends the search early.
     pub cancel: &'a CancelToken,
@@ -238,17 +233,12 @@ impl<const D: usize> SideSearch<'_, D> {
         match options.topology {
             Topology::Continuation => {
                 let fewer_follow = D == 2 && !options.open && points.len() > ONE_OF * FEWEST;
-                let third_order = D == 3
-                    && options.degree >= 3
-                    && points.len() <= SPARSE
-                    && self.memory.has_room_to_factor::<D>(gefm::MOST_FACTORED, options.degree);
                 let settings = gefm::LadderOptions {
                     last: self.finest(),
                     normals: self.normals(points, before),
                     cancel: cancel.clone(),
                     detail,
                     hopeless: if fewer_follow { HOPELESS } else { f64::INFINITY },
-                    third_order: if third_order { THIRD_ORDER.to_vec() } else { vec![] },
                     ..gefm::LadderOptions::new(spacing.typical, spacing.density)
                 };
                 let (f_hat, _, report) =
