@@ -287,7 +287,7 @@ impl<const D: usize> Ladder<'_, D> {
     }
 
     /// Candidates from scratch, after the one from known normals if they are but a hint and it is not good enough: with the length
-    /// of the rung, then with longer ones as long as each is better than the one before, or, if none is, with shorter ones. One
+    /// of the rung, then with longer ones as long as each is better than the one before, or, if none is or all are about random, with shorter ones. One
     /// longer length that is worse is passed over where the first was about random: under noise all those that are too short are,
     /// and so are their scores. In the plane, where noise may be many spacings, more of them are where it was hopeless.
     fn search(&mut self, rung: &mut Rung<D>) -> Result<(), GefmError> {
@@ -317,7 +317,8 @@ impl<const D: usize> Ladder<'_, D> {
                     break;
                 }
             }
-            if better {
+            // Among sides that are all about random, the better ones do not show the way.
+            if better && last.score < RANDOM {
                 break;
             }
         }
@@ -452,6 +453,36 @@ mod tests {
         let welded = &report.candidates[0];
         assert_eq!(welded.ratio, 3.2);
         assert!(welded.judgement.score > 2.0 * choice.judgement.score, "{report:?}");
+    }
+
+    #[test]
+    fn sides_that_are_random_do_not_show_the_way() {
+        // A plate 1 × 0.7 × 0.02, less than a spacing thick, with its rim; random points (a linear congruence).
+        let mut state = 5u64;
+        let mut uniform = || {
+            state = state.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(0x1405_7b7e_f767_814f);
+            (state >> 11) as f64 / (1u64 << 53) as f64
+        };
+        let wall = |i: usize| if i.is_multiple_of(2) { 0.01 } else { -0.01 };
+        let mut points: Vec<[f64; 3]> =
+            (0..2380).map(|i| [uniform() - 0.5, 0.7 * (uniform() - 0.5), wall(i)]).collect();
+        let rim = |t: f64, z: f64| match 3.4 * t {
+            t if t < 1.0 => [t - 0.5, -0.35, z],
+            t if t < 2.0 => [t - 1.5, 0.35, z],
+            t if t < 2.7 => [-0.5, t - 2.35, z],
+            t => [0.5, t - 3.05, z],
+        };
+        points.extend((0..119).map(|_| rim(uniform(), 0.02 * uniform() - 0.01)));
+        let knots = [6, 5, 2].map(|half| KnotVector::uniform(3, -0.125 * f64::from(half), 0.125, 2 * half as usize));
+        let knots = knots.map(Result::unwrap);
+        let spacing = (1.4f64 / 2500.0).sqrt();
+        let options = LadderOptions { last: 1, ..LadderOptions::new(spacing, spacing.powi(-2)) };
+        let (f, _, report) = climb(&points, &[1.0; 2499], &knots, &options).unwrap();
+        let scores: Vec<_> = report.candidates.iter().map(|found| (found.ratio, found.judgement.score)).collect();
+        assert!(scores[0].1 > RANDOM && scores[1].1 < scores[0].1, "a longer one that is better: {scores:?}");
+        assert_eq!(report.choice().unwrap().ratio, 0.2, "{scores:?}");
+        let right = points[..2380].iter().filter(|p| f.value_and_gradient(p).1[2] * p[2] > 0.0).count();
+        assert!(right >= 2370, "{right}");
     }
 
     #[test]
