@@ -26,6 +26,25 @@ impl<const D: usize> KnownNormals<D> {
     }
 }
 
+/// Settings of candidates whose fairness is of third order: for few points, of which that of second order makes no thin parts.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ThirdOrderOptions {
+    /// Their smoothing lengths, in spacings.
+    pub ratios: Vec<f64>,
+    /// They are tried where no other candidate scores less, without what noise adds.
+    pub above: f64,
+    /// Width of the cells on whose nodes the sign is to be read afterwards, frame units: what they do not hold is not taken. Of a flat sheet
+    /// third order makes a wall as thin as the noise.
+    pub cell: f64,
+}
+
+impl ThirdOrderOptions {
+    /// The defaults for cells of a width.
+    pub fn new(cell: f64) -> Self {
+        Self { ratios: vec![0.4, 0.2, 0.1], above: 0.2, cell }
+    }
+}
+
 /// Settings of [`climb`](crate::climb).
 #[derive(Debug, Clone, PartialEq)]
 pub struct LadderOptions<const D: usize> {
@@ -50,11 +69,8 @@ pub struct LadderOptions<const D: usize> {
     pub doubtful: f64,
     /// Above this score of the best candidate no further lattice is climbed to.
     pub hopeless: f64,
-    /// Smoothing lengths, in spacings, of candidates whose fairness is of third order: for few points, of which that of second order makes no
-    /// thin parts. They are tried where no other candidate scores less than `third_order_above`.
-    pub third_order: Vec<f64>,
-    /// See there; without what noise adds to the score.
-    pub third_order_above: f64,
+    /// Candidates whose fairness is of third order, if there are to be any.
+    pub third_order: Option<ThirdOrderOptions>,
     /// Relative residual of the solves on finer lattices.
     pub tolerance: f64,
     /// What is known of the normals.
@@ -78,8 +94,7 @@ impl<const D: usize> LadderOptions<D> {
             content: 0.1,
             doubtful: 0.25,
             hopeless: f64::INFINITY,
-            third_order: vec![],
-            third_order_above: 0.2,
+            third_order: None,
             tolerance: 1e-3,
             normals: KnownNormals::None,
             cancel: CancelToken::new(),

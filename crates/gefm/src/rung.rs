@@ -1,42 +1,22 @@
 //! One lattice of the ladder: the normal equations there, and the fits that they give.
 
-use zeroset_bspline::{Collocation, KnotVector, Spline};
+use zeroset_bspline::{KnotVector, Spline};
 use zeroset_multigrid::{Multigrid, MultigridError};
 
 use crate::error::GefmError;
-use crate::fit::normalise;
-use crate::gradient_form::{apply_b, area_vectors};
 use crate::ladder_options::LadderOptions;
-use crate::lanczos::smallest_eigenpair;
 use crate::normal_solver::Iterative;
-use crate::p_continuation::{ContinuationOptions, continue_exponent};
-
-/// Most iterations per exponent: candidates that need more have never turned out well.
-pub(crate) const MOST_ITERATIONS: usize = 40;
-
-/// Relative residual of the eigenvector, and of the solves for it,
-pub(crate) const SPECTRAL: f64 = 1e-2;
-/// which is sought in so many steps at most,
-pub(crate) const MOST_LANCZOS_STEPS: usize = 24;
-/// and the exponents of the continuation after it.
-pub(crate) const EXPONENTS: [f64; 2] = [1.5, 1.0];
+use crate::pulled_points::{Found, PulledPoints, SPECTRAL};
 
 /// The points on one lattice, with a smoothing length that may be changed.
 pub(crate) struct Rung<'a, const D: usize> {
-    points: &'a [[f64; D]],
-    areas: &'a [f64],
     options: &'a LadderOptions<D>,
     multigrid: Multigrid<D>,
-    collocation: Collocation<D>,
-    /// What the points pull at.
-    pull: Vec<f64>,
+    points: PulledPoints<'a, D>,
     /// Halvings of the base lattice.
     pub(crate) halvings: u32,
     ratio: f64,
 }
-
-/// A fit, and how many iterations its continuation took.
-pub(crate) type Found<const D: usize> = Result<(Spline<D>, usize), GefmError>;
 
 impl<'a, const D: usize> Rung<'a, D> {
     /// The lattice after `halvings` of `base`, with a smoothing length of `ratio` spacings; the eigenvector is
@@ -53,8 +33,8 @@ impl<'a, const D: usize> Rung<'a, D> {
         options: &'a LadderOptions<D>,
     ) -> Result<Self, GefmError> {
         let multigrid = Multigrid::new(base, halvings, points, areas, options.weight(ratio))?;
-        let (collocation, pull) = pulled(&multigrid, (points, areas), directions)?;
-        Ok(Self { points, areas, options, multigrid, collocation, pull, halvings, ratio })
+        let points = PulledPoints::new((points, areas), multigrid.knots(), directions, &options.cancel)?;
+        Ok(Self { options, multigrid, points, halvings, ratio })
     }
 
     /// The next finer lattice, with a smoothing length and directions of its own.
@@ -63,9 +43,10 @@ impl<'a, const D: usize> Rung<'a, D> {
     /// As [`Rung::new`].
     pub(crate) fn refined(mut self, ratio: f64, directions: &[[f64; D]]) -> Result<Self, GefmError> {
         self.set_ratio(ratio)?;
-        let multigrid = self.multigrid.refined(self.points, self.areas)?;
-        let (collocation, pull) = pulled(&multigrid, (self.points, self.areas), directions)?;
-        Ok(Self { multigrid, collocation, pull, halvings: self.halvings + 1, ..self })
+        let (points, areas) = self.points.weighted();
+        let multigrid = self.multigrid.refined(points, areas)?;
+        let points = self.points.on(multigrid.knots(), directions)?;
+        Ok(Self { multigrid, points, halvings: self.halvings + 1, ..self })
     }
 
     /// The smoothing length, in spacings.
@@ -101,51 +82,23 @@ impl<'a, const D: usize> Rung<'a, D> {
         for _ in halvings..self.halvings {
             start = start.halved().map_err(MultigridError::from)?;
         }
-        self.at_exponents(start.as_flat().to_vec(), &[1.0])
+        self.points.at_exponents(start.as_flat().to_vec(), &[1.0], &self.solver())
     }
 
     /// The fit to normals known from elsewhere: as they are, or with the continuation at p = 1 after it.
     pub(crate) fn oriented(&self, normals: &[[f64; D]], as_they_are: bool) -> Found<D> {
         self.options.cancel.check()?;
-        let mut pull = vec![0.0; self.pull.len()];
-        self.collocation.add_gradients_transposed(&area_vectors(normals, self.areas), &mut pull);
-        let f = Iterative::new(&self.multigrid, self.options.tolerance).solve_from_zero(&pull, self.options.tolerance);
-        self.at_exponents(f, if as_they_are { &[] } else { &[1.0] })
+        let f = self.solver().solve_from_zero(&self.points.pulls(normals), self.options.tolerance);
+        self.points.at_exponents(f, if as_they_are { &[] } else { &[1.0] }, &self.solver())
     }
 
-    /// The fit from scratch: the eigenvector, or about it, for the continuation only needs to begin near it.
+    /// The fit from scratch.
     pub(crate) fn spectral(&self) -> Found<D> {
-        self.options.cancel.check()?;
-        let solver = Iterative::new(&self.multigrid, self.options.tolerance);
-        let apply_b = |f: &[f64]| apply_b(&self.collocation, self.areas, f);
-        let solve = |right: &[f64]| solver.solve_from_zero(right, SPECTRAL);
-        let pair = smallest_eigenpair(solve, apply_b, self.pull.clone(), SPECTRAL, MOST_LANCZOS_STEPS);
-        let (f, _) = pair.ok_or(GefmError::NoGradient)?;
-        self.at_exponents(f, &EXPONENTS)
+        let roughly = self.solver();
+        self.points.spectral(|right| roughly.solve_from_zero(right, SPECTRAL), &self.solver())
     }
 
-    fn at_exponents(&self, f: Vec<f64>, exponents: &[f64]) -> Found<D> {
-        let settings = ContinuationOptions {
-            exponents: exponents.to_vec(),
-            most_iterations: MOST_ITERATIONS,
-            cancel: self.options.cancel.clone(),
-            ..ContinuationOptions::default()
-        };
-        let solver = Iterative::new(&self.multigrid, self.options.tolerance);
-        let (f, report) = continue_exponent(&self.collocation, &solver, self.areas, f, &settings)?;
-        let f = normalise(&self.collocation, self.points, self.areas, self.multigrid.knots(), f)?;
-        Ok((f, report.stages.iter().map(|stage| stage.iterations).sum()))
+    fn solver(&self) -> Iterative<'_, D> {
+        Iterative::new(&self.multigrid, self.options.tolerance)
     }
-}
-
-/// The points on the finest lattice, and unit pulls there along `directions` as the coefficients feel them.
-fn pulled<const D: usize>(
-    multigrid: &Multigrid<D>,
-    (points, areas): (&[[f64; D]], &[f64]),
-    directions: &[[f64; D]],
-) -> Result<(Collocation<D>, Vec<f64>), GefmError> {
-    let collocation = Collocation::new(multigrid.knots(), points)?;
-    let mut pull = vec![0.0; collocation.coefficient_count()];
-    collocation.add_gradients_transposed(&area_vectors(directions, areas), &mut pull);
-    Ok((collocation, pull))
 }

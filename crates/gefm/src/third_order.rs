@@ -1,28 +1,20 @@
 //! Fits with third derivatives as fairness, for points that are too few for second ones.
 
-use zeroset_bspline::{Collocation, DerivativeEnergy, KnotVector};
+use zeroset_bspline::{DerivativeEnergy, KnotVector, Spline};
 use zeroset_multigrid::NormalEquations;
 
 use crate::error::GefmError;
-use crate::fit::normalise;
-use crate::gradient_form::{apply_b, area_vectors};
 use crate::ladder_options::LadderOptions;
-use crate::lanczos::smallest_eigenpair;
-use crate::p_continuation::{ContinuationOptions, continue_exponent};
-use crate::rung::{EXPONENTS, Found, MOST_ITERATIONS, MOST_LANCZOS_STEPS, SPECTRAL};
+use crate::pulled_points::{Found, PulledPoints};
 
 /// The points on one lattice, where `A = Σ aᵢ qᵢqᵢᵀ + w H₃` is factored, H₃ the matrix of `∫‖∇³f‖²`.
 ///
 /// What second derivatives keep from bending they keep from turning round within a wall: f has to rise and fall on less than the points'
 /// spacing there, `2 y² − ⅛` across it. Of that third derivatives see nothing.
 pub(crate) struct ThirdOrder<'a, const D: usize> {
-    points: &'a [[f64; D]],
-    areas: &'a [f64],
     options: &'a LadderOptions<D>,
-    knots: [KnotVector; D],
-    collocation: Collocation<D>,
+    points: PulledPoints<'a, D>,
     equations: NormalEquations<D>,
-    pull: Vec<f64>,
 }
 
 impl<'a, const D: usize> ThirdOrder<'a, D> {
@@ -31,35 +23,56 @@ impl<'a, const D: usize> ThirdOrder<'a, D> {
     /// # Errors
     /// If the degree is below 3, or a point lies outside the lattice.
     pub(crate) fn new(
-        (points, areas): (&'a [[f64; D]], &'a [f64]),
+        points: (&'a [[f64; D]], &'a [f64]),
         knots: &[KnotVector; D],
         directions: &[[f64; D]],
         options: &'a LadderOptions<D>,
     ) -> Result<Self, GefmError> {
         let equations = NormalEquations::new(&DerivativeEnergy::new(knots, 3)?);
-        let collocation = Collocation::new(knots, points)?;
-        let mut pull = vec![0.0; equations.size()];
-        collocation.add_gradients_transposed(&area_vectors(directions, areas), &mut pull);
-        Ok(Self { points, areas, options, knots: knots.clone(), collocation, equations, pull })
+        let points = PulledPoints::new(points, knots, directions, &options.cancel)?;
+        Ok(Self { options, points, equations })
     }
 
     /// The fit from scratch with a smoothing length of `ratio` spacings.
     pub(crate) fn spectral(&self, ratio: f64) -> Found<D> {
         self.options.cancel.check()?;
-        let weight = self.options.third_order_weight(ratio);
-        let factor = self.equations.factor(&self.equations.weighted(&self.collocation, self.areas, weight)?)?;
-        let apply_b = |f: &[f64]| apply_b(&self.collocation, self.areas, f);
-        let start = self.pull.clone();
-        let pair = smallest_eigenpair(|right| factor.solve(right), apply_b, start, SPECTRAL, MOST_LANCZOS_STEPS);
-        let (f, _) = pair.ok_or(GefmError::NoGradient)?;
-        let settings = ContinuationOptions {
-            exponents: EXPONENTS.to_vec(),
-            most_iterations: MOST_ITERATIONS,
-            cancel: self.options.cancel.clone(),
-            ..ContinuationOptions::default()
+        let (weight, (_, areas)) = (self.options.third_order_weight(ratio), self.points.weighted());
+        let factor = self.equations.factor(&self.equations.weighted(self.points.collocation(), areas, weight)?)?;
+        self.points.spectral(|right| factor.solve(right), &factor)
+    }
+}
+
+/// The share of the points that have both signs of f among the corners of a cube two cells wide around them: where there are none a lattice
+/// of such cells does not hold the part that they lie on.
+pub(crate) fn held<const D: usize>(f: &Spline<D>, points: &[[f64; D]], cell: f64) -> f64 {
+    let is_negative = |x: [f64; D]| f.value_and_gradient(&x).0 < 0.0;
+    let corner = |p: &[f64; D], corner: usize| {
+        std::array::from_fn(|axis| p[axis] + if corner >> axis & 1 == 1 { cell } else { -cell })
+    };
+    let has_both = |p: &&[f64; D]| {
+        let negative = (0..1 << D).filter(|index| is_negative(corner(p, *index))).count();
+        (1..1 << D).contains(&negative)
+    };
+    points.iter().filter(has_both).count() as f64 / points.len() as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cells_hold_what_is_thicker_than_they_are() {
+        // f = x² − ¼, negative between two planes one apart: each Greville abscissa's blossom.
+        let knots = KnotVector::uniform(3, -2.0, 0.5, 8).unwrap();
+        let square = |i: usize| {
+            let (a, b) = (-2.0 + 0.5 * (i as f64 - 2.0), 0.5);
+            (a * (a + b) + a * (a + 2.0 * b) + (a + b) * (a + 2.0 * b)) / 3.0 - 0.25
         };
-        let (f, report) = continue_exponent(&self.collocation, &factor, self.areas, f, &settings)?;
-        let f = normalise(&self.collocation, self.points, self.areas, &self.knots, f)?;
-        Ok((f, report.stages.iter().map(|stage| stage.iterations).sum()))
+        let coefficients = (0..11 * 11).map(|flat| square(flat / 11)).collect();
+        let f = Spline::from_flat([knots.clone(), knots], coefficients).unwrap();
+        assert!((f.value_and_gradient(&[0.8, 0.1]).0 - 0.39).abs() < 1e-12, "as computed by hand, but for rounding");
+        let points = [[0.5, 0.0], [0.5, 0.3], [-0.5, -0.4], [0.5, 1.0]];
+        assert_eq!((held(&f, &points, 0.9), held(&f, &points, 1.1)), (1.0, 0.0));
+        assert_eq!(held(&f, &[[0.5, 0.0], [1.5, 0.0]], 0.3), 0.5);
     }
 }

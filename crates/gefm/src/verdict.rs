@@ -1,0 +1,105 @@
+//! What is known of a candidate, and which of two is to be preferred.
+
+use crate::noise::LEAST_NOISE;
+
+/// A longer length is taken if its score is above that of a shorter one by no more than this share of it: under noise both
+/// have the sides right, and the smoother one has fewer handles and bubbles. But in space it must not leave a patch of points behind,
+/// unless the sides of the shorter one are about random.
+/// (In the plane what it leaves are tips and bays, and shorter lengths part noisy curves.)
+const SMOOTHER: f64 = 0.05;
+/// A length below the noise over this makes sheets that follow the noise, a hollow shell or many, and the better they do the more W agrees
+/// with them: then the longer length is taken as long as it does not score as random sides do, nor so many times higher. But where a length
+/// fills gaps or swallows limbs, what is left of the points' distances looks like noise too, if that does not change from point to point; and
+/// where it welds walls they have two values. And where the fit with the shorter length sees less than [`LEAST_NOISE`] there is none: what
+/// the longer one takes for noise are the two sides of a wall.
+const FOLLOWS: f64 = 0.85;
+const NOISIER: f64 = 3.0;
+/// Above this score the sides are about as random as coins.
+pub(crate) const RANDOM: f64 = 0.4;
+
+/// What decides between two candidates.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Verdict {
+    /// The referee's.
+    pub(crate) score: f64,
+    /// The same without what noise adds to it.
+    pub(crate) beyond_noise: f64,
+    /// Smoothing length in spacings.
+    pub(crate) ratio: f64,
+    /// Standard deviation of the noise as this candidate sees it, in spacings.
+    pub(crate) noise: f64,
+    /// What is left of it without the share of the points' distances that they have in common with those around them.
+    pub(crate) own_noise: f64,
+    /// Points that lie off it together with those around them.
+    pub(crate) off: usize,
+    /// Whether the points lie on both sides of it rather than around it.
+    pub(crate) layered: bool,
+}
+
+impl Verdict {
+    /// Of a fit that failed.
+    pub(crate) const fn failed(ratio: f64) -> Self {
+        Self {
+            score: f64::INFINITY,
+            beyond_noise: f64::INFINITY,
+            ratio,
+            noise: 0.0,
+            own_noise: 0.0,
+            off: 0,
+            layered: false,
+        }
+    }
+
+    /// Whether a candidate with a longer length is to be preferred, of which no more than `few` points more may lie off it.
+    pub(crate) fn yields_to(&self, longer: &Self, doubtful: f64, few: usize) -> bool {
+        let slack = if self.score < doubtful { SMOOTHER * self.score } else { 0.0 };
+        let leaves_more = self.beyond_noise < RANDOM && longer.off.saturating_sub(self.off) > few;
+        let as_good = longer.score < self.score + slack && !leaves_more;
+        let follows_noise = self.noise > LEAST_NOISE && self.own_noise.max(longer.own_noise) > FOLLOWS * self.ratio;
+        let sound = !longer.layered && longer.beyond_noise < RANDOM && longer.score < NOISIER * self.score;
+        as_good || (follows_noise && sound)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_length_that_follows_noise_has_to_be_far_better() {
+        let verdict = |ratio, score, noise| Verdict {
+            score,
+            beyond_noise: score - 0.2 * noise,
+            ratio,
+            noise,
+            own_noise: noise,
+            off: 5,
+            layered: false,
+        };
+        let longer_wins = |shorter: Verdict, longer: Verdict| shorter.yields_to(&longer, 0.25, 16);
+        // A hollow shell around points with noise of 1.2 spacings, and the surface in the midst of it.
+        assert!(longer_wins(verdict(0.8, 0.20, 0.8), verdict(1.6, 0.22, 1.2)));
+        // Many sheets on narrow cells, which hide the noise.
+        assert!(longer_wins(verdict(0.4, 0.17, 0.3), verdict(0.8, 0.27, 0.7)));
+        // But among random sides none is smoother than others.
+        assert!(!longer_wins(verdict(0.8, 0.77, 0.6), verdict(1.6, 1.2, 2.1)));
+        // Nor is a length far above a wall's thickness right where the shorter one is a little below the noise.
+        assert!(!longer_wins(verdict(0.8, 0.28, 0.74), verdict(1.6, 4.3, 0.87)));
+        // The two sides of a wall are noise to the fit that welds them, and nothing to the other.
+        assert!(!longer_wins(verdict(0.4, 0.1, 0.05), verdict(0.8, 0.18, 0.7)));
+        // Nor do points that lie in two layers follow noise.
+        assert!(!longer_wins(verdict(0.4, 0.15, 0.3), Verdict { layered: true, ..verdict(0.8, 0.24, 0.6) }));
+        // Nor is noise what patches of points have in common, as where gaps between rods are filled.
+        let misfit = Verdict { own_noise: 0.3, ..verdict(0.8, 0.32, 0.9) };
+        assert!(longer_wins(verdict(0.4, 0.16, 0.3), verdict(0.8, 0.32, 0.9)));
+        assert!(!longer_wins(verdict(0.4, 0.16, 0.3), misfit));
+        // Little noise changes nothing.
+        assert!(!longer_wins(verdict(0.4, 0.1, 0.2), verdict(0.8, 0.12, 0.2)));
+        assert!(longer_wins(verdict(0.4, 0.1, 0.2), verdict(0.8, 0.104, 0.2)));
+        // Unless it leaves a patch of points behind.
+        let off = |off| Verdict { off, ..verdict(0.8, 0.104, 0.2) };
+        assert!(longer_wins(verdict(0.4, 0.1, 0.2), off(21)) && !longer_wins(verdict(0.4, 0.1, 0.2), off(22)));
+        // Even if the shorter one is doubtful, as of thin walls; random sides fit all points.
+        assert!(!longer_wins(verdict(0.4, 0.33, 0.01), off(22)) && longer_wins(verdict(0.4, 0.6, 0.01), off(22)));
+    }
+}
