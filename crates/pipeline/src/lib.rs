@@ -58,6 +58,7 @@ mod frame;
 mod hole_filling;
 mod kd_tree;
 mod known_normals;
+mod lattices;
 mod leave_one_out;
 mod left_out;
 mod marching;
@@ -94,11 +95,12 @@ pub use error::{InputError, ReconstructError};
 pub use extraction::{Figures, extract_curve, extract_surface};
 pub use fragile::FragilePlace;
 pub use frame::Frame;
+pub use lattices::coarse_cells;
 pub use memory::{MemoryReport, extraction_need, memory_limit};
 pub use options::{Normals, Options, Topology};
 pub use oriented::OrientedPoint;
 pub use point::Point;
-pub use reconstruct::{Reconstruction, coarse_cells, reconstruct, reconstruct_watched, reconstruct_with_normals};
+pub use reconstruct::{Reconstruction, reconstruct, reconstruct_watched, reconstruct_with_normals};
 pub use report::{
     DistanceReport, ExtractionReport, FrameReport, InputReport, REPORT_VERSION, Report, StageFigures, StageReport,
     TrustReport,

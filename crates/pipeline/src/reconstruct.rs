@@ -17,6 +17,7 @@ use crate::far_off::far_off;
 use crate::frame::{Frame, finite, not_flat};
 use crate::hole_filling::{Filling, fill_holes};
 use crate::known_normals::Known;
+use crate::lattices::Lattices;
 use crate::left_out::{isolated, kept, mark, without};
 use crate::memory::{self, Counts};
 use crate::normals::normals as normals_of;
@@ -70,10 +71,6 @@ const CLEAN_RATIO: f64 = 0.4;
 /// Above this share of points that were left out a warning is given: what strays there are among points of one surface are fewer, and more
 /// are often a part of it that is far sparser than the rest.
 const MOST_LEFT_OUT: f64 = 0.04;
-/// The dense lattice in the plane has no more cells along the longest side than there are points, or than so many.
-const CHEAP_CELLS: usize = 128;
-/// In space it has no more cubic coefficients than so many times the number of points.
-const MOST_COEFFICIENTS: f64 = 450.0;
 /// Where more than this share of the points face another sheet within a cell of the dense lattice, some of them have no node between them, and
 /// their sides are lost: then its cells are halved once more, which in space takes eight times the nodes.
 const MOST_FACING: f64 = 0.001;
@@ -165,7 +162,7 @@ pub(crate) fn road<const D: usize>(
         not_flat(&heard)?;
     }
     let margin = options.margin_in_frame(frame.scale)?;
-    let Lattices { domain, halvings, levels } = lattices(&frame, &spacing, margin, options);
+    let Lattices { domain, halvings, levels } = Lattices::of(&frame, &spacing, margin, options);
     let band = match options.refine && options.degree == 3 {
         true => Some(refinement::band(&heard, &spacing, &domain, halvings, levels, false)?),
         false => None,
@@ -436,57 +433,6 @@ impl Road<'_> {
     }
 }
 
-/// Cells along the longest side of the lattice on which topology is decided. In 2D, where it costs next to nothing, the cells
-/// follow the spacing of the points, so that narrow gaps stay open; no curve of evenly spaced points wants more than a quarter as many
-/// as it has points, but clusters would. In 3D a direct factorisation sets the limit.
-pub fn coarse_cells<const D: usize>(spacing: &Spacing) -> usize {
-    let mut cells = if D == 2 { 24 } else { 16 };
-    while D == 2 && cells < (spacing.local.len() / 4).min(96) && 0.5 / cells as f64 >= 1.5 * spacing.typical {
-        cells *= 2;
-    }
-    cells
-}
-
-/// The box, the halvings from its coarsest lattice to that of the initial shape, and how many levels above that are wanted
-/// at the typical spacing, if that is not for the spacing to say.
-struct Lattices<const D: usize> {
-    domain: Domain<D>,
-    halvings: u32,
-    levels: Option<u32>,
-}
-
-fn lattices<const D: usize>(frame: &Frame<D>, spacing: &Spacing, margin: f64, options: &Options) -> Lattices<D> {
-    let coarse = coarse_cells::<D>(spacing);
-    // On one dense lattice no finer than 64 cells in 3D, for its cost grows with the cube.
-    let most = if D == 2 { 4 } else { 2 };
-    match options.resolution {
-        Some(cells) => {
-            // As many halvings as leave a coarse lattice that topology can be decided on.
-            let all = (cells / coarse).max(1).ilog2();
-            let halvings = if options.degree == 3 { all.min(most) } else { all };
-            let domain = Domain::with_margin(&frame.sides, cells.div_ceil(1 << all), margin);
-            Lattices { domain, halvings, levels: Some(all - halvings) }
-        }
-        None => {
-            let domain = Domain::with_margin(&frame.sides, coarse, margin);
-            // Cells of about the spacing, in 3D of a third of it, where sparse points leave gaps.
-            let finer = if D == 2 { 0.0 } else { 1.5 };
-            let wanted = ((domain.spacing / spacing.typical).log2() + finer).round();
-            // Round a closed curve of evenly spaced points less than one cell of their spacing per point fits along a side; in
-            // clusters far apart millions would. In space cells far narrower than the spacing leave sheets between the points.
-            let points = spacing.local.len();
-            let few = if D == 2 {
-                (points.max(CHEAP_CELLS) / coarse).max(2).ilog2()
-            } else {
-                let fit = |halvings: &u32| domain.coefficients(3, *halvings) <= MOST_COEFFICIENTS * points as f64;
-                (0..=most).rev().find(fit).unwrap_or(0)
-            };
-            let halvings = (wanted.max(1.0) as u32).min(few).min(most);
-            Lattices { domain, halvings, levels: None }
-        }
-    }
-}
-
 /// Whether gaps or walls that the points tell apart are narrower than a `cell` of the dense lattice; f̂ was fitted to these few of them.
 fn is_narrow<const D: usize>(f_hat: &Spline<D>, few: &[[f64; D]], spacing: &Spacing, cell: f64) -> bool {
     D == 3
@@ -550,33 +496,6 @@ mod tests {
     use zeroset_watch::{CancelToken, Progress};
 
     use super::*;
-
-    #[test]
-    fn clusters_far_apart_make_no_huge_lattice() {
-        // Eight points on a ring of radius 1e-3 in each corner of a square: the six next to one lie in its own ring.
-        let corners = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]];
-        let near = |[x, y]: [f64; 2], i: usize| {
-            let (s, c) = (i as f64 / 8.0 * std::f64::consts::TAU).sin_cos();
-            [x + 1e-3 * c, y + 1e-3 * s]
-        };
-        let clusters: Vec<[f64; 2]> = corners.iter().flat_map(|corner| (0..8).map(|i| near(*corner, i))).collect();
-        let cells = |points: &[[f64; 2]]| {
-            let (frame, distinct) = Frame::of(points).unwrap();
-            let Lattices { domain, halvings, .. } = lattices(&frame, &Spacing::of(&distinct), 0.1, &Options::default());
-            (domain.spacing(halvings).recip().round(), Spacing::of(&distinct).typical)
-        };
-        let (found, spacing) = cells(&clusters);
-        assert!(found <= 128.0 && found < 0.1 / spacing, "{found} cells, {spacing}");
-        // Round a circle the cells are about as wide as the spacing all the same.
-        for count in [40, 200, 1000] {
-            let circle: Vec<[f64; 2]> = (0..count)
-                .map(|i| (f64::from(i) / f64::from(count) * std::f64::consts::TAU).sin_cos())
-                .map(|(s, c)| [c, s])
-                .collect();
-            let (found, spacing) = cells(&circle);
-            assert!((0.6..1.5).contains(&(found * spacing)) || found == 48.0, "{count}: {found} cells, {spacing}");
-        }
-    }
 
     #[test]
     fn every_stage_is_told_of_and_can_be_called_off() {
