@@ -5,7 +5,7 @@ use std::time::Instant;
 use zeroset_bspline::{CellBand, Derivatives, HierarchicalSpline, Spline};
 use zeroset_eikonal_sweep::{self as eikonal_sweep, Lattice};
 use zeroset_lsq_init as lsq_init;
-use zeroset_watch::Watch;
+use zeroset_watch::{CancelToken, Watch};
 
 use crate::calibration::{calibrated, distance_figures};
 use crate::crossings::{Closeness, crossings, gaps};
@@ -19,7 +19,7 @@ use crate::hole_filling::{Filling, fill_holes};
 use crate::known_normals::Known;
 use crate::lattices::Lattices;
 use crate::left_out::{isolated, kept, mark, without};
-use crate::memory::{self, Counts};
+use crate::memory::{self, Counts, MemoryReport};
 use crate::normals::normals as normals_of;
 use crate::one_sided::turning;
 use crate::options::{Options, Topology};
@@ -27,7 +27,7 @@ use crate::point::{Point, Reconstruct};
 use crate::redistancing::Redistancing;
 use crate::refinement::{self, Refinement};
 use crate::report::{DistanceReport, FrameReport, InputReport, REPORT_VERSION, Report, StageFigures, StageReport};
-use crate::sides::{SideSearch, Sides};
+use crate::sides::{SPARSE, SideSearch, Sides};
 use crate::sign::{SignReport, synthesize};
 use crate::sign_field::sign_field;
 use crate::spacing::Spacing;
@@ -71,6 +71,8 @@ const CLEAN_RATIO: f64 = 0.4;
 /// Above this share of points that were left out a warning is given: what strays there are among points of one surface are fewer, and more
 /// are often a part of it that is far sparser than the rest.
 const MOST_LEFT_OUT: f64 = 0.04;
+/// Above this score, without what noise adds, few points are searched again with those that lie on no surface with others.
+const UNCONVINCING: f64 = 0.2;
 /// Where more than this share of the points face another sheet within a cell of the dense lattice, some of them have no node between them, and
 /// their sides are lost: then its cells are halved once more, which in space takes eight times the nodes.
 const MOST_FACING: f64 = 0.001;
@@ -156,43 +158,34 @@ pub(crate) fn road<const D: usize>(
     let near = near.as_deref().unwrap_or(points);
     let (frame, distinct) = Frame::of(near)?;
     let spacing = Spacing::of(&distinct);
-    let (mut outliers, heard, spacing) = isolated(&distinct, spacing);
-    if heard.len() < distinct.len() {
+    let beginning = Beginning {
+        points: points.len(),
+        distinct: &distinct,
+        frame: &frame,
+        margin: options.margin_in_frame(frame.scale)?,
+        known: known.map(|known| (known, &frame)),
+        options,
+        cancel: &watch.cancel,
+    };
+    let left_out = isolated(&distinct, spacing.clone());
+    if left_out.1.len() < distinct.len() {
         // The frame has seen that all of them are not.
-        not_flat(&heard)?;
+        not_flat(&left_out.1)?;
     }
-    let margin = options.margin_in_frame(frame.scale)?;
-    let Lattices { domain, halvings, levels } = Lattices::of(&frame, &spacing, margin, options);
-    let band = match options.refine && options.degree == 3 {
-        true => Some(refinement::band(&heard, &spacing, &domain, halvings, levels, false)?),
-        false => None,
-    };
-    let counts = |band: Option<&CellBand<D>>, halvings: u32| {
-        Counts::of(points.len(), &spacing, &domain, halvings, options, band)
-    };
-    let mut memory = counts(band.as_ref(), halvings).within(memory::memory_limit(options.memory))?;
-    let band = band.map(|band| band.shallower(memory.levels));
+    let ground = beginning.ground(left_out)?;
     let mut road = Road { stages: Vec::new(), watch };
 
     let name = if options.topology == Topology::Paper { "topology" } else { "ladder" };
-    let search = SideSearch {
-        domain: &domain,
-        halvings,
-        options,
-        known: known.map(|known| (known, &frame)),
-        memory: &memory,
-        cancel: &watch.cancel,
-    };
-    let known_strays = distinct.len() - heard.len();
-    let Sides { f_hat, calibration, ratio, noise, strays, points: heard, spacing, few } =
-        road.stage(name, || search.run(heard, spacing.clone(), known_strays))?;
+    let (ground, sides) = road.stage(name, || beginning.sides(ground, spacing))?;
+    let Ground { mut outliers, lattices: Lattices { domain, halvings, levels }, band, mut memory, .. } = ground;
+    let Sides { f_hat, calibration, ratio, noise, strays, points: heard, spacing, few, .. } = sides;
     mark(&mut outliers, &strays);
     let (few, few_spacing) = few.as_ref().map_or((&heard, &spacing), |(few, spacing)| (few, spacing));
 
     let (band, halvings) = match band {
         Some(band) if refinement::is_deep(noise, &spacing) => {
             let wide = refinement::band(&heard, &spacing, &domain, halvings, levels, true)?;
-            match counts(Some(&wide), halvings).within(memory.limit) {
+            match beginning.counts(&spacing, &domain, halvings, Some(&wide)).within(memory.limit) {
                 Ok(need) if need.levels == memory.levels => {
                     memory = need;
                     (Some(wide.shallower(memory.levels)), halvings)
@@ -203,7 +196,7 @@ pub(crate) fn road<const D: usize>(
         Some(band) if levels != Some(0) && is_narrow(&f_hat, few, &spacing, domain.spacing(halvings)) => {
             let levels = levels.map(|levels| levels - 1);
             let fine = refinement::band(&heard, &spacing, &domain, halvings + 1, levels, false)?;
-            match counts(Some(&fine), halvings + 1).within(memory.limit) {
+            match beginning.counts(&spacing, &domain, halvings + 1, Some(&fine)).within(memory.limit) {
                 Ok(need) if need.levels + 1 >= memory.levels => {
                     memory = need;
                     (Some(fine.shallower(memory.levels)), halvings + 1)
@@ -395,6 +388,90 @@ pub(crate) fn road<const D: usize>(
         open: options.open,
         report,
     })
+}
+
+/// What the road begins with.
+struct Beginning<'a, const D: usize> {
+    /// How many points came.
+    points: usize,
+    distinct: &'a [[f64; D]],
+    frame: &'a Frame<D>,
+    /// In the frame.
+    margin: f64,
+    known: Option<(Known<'a, D>, &'a Frame<D>)>,
+    options: &'a Options,
+    cancel: &'a CancelToken,
+}
+
+/// Points that are heard, and the lattices that they ask for.
+struct Ground<const D: usize> {
+    /// Which of the distinct points are not heard.
+    outliers: Vec<bool>,
+    heard: Vec<[f64; D]>,
+    spacing: Spacing,
+    lattices: Lattices<D>,
+    /// As far as memory reaches.
+    band: Option<CellBand<D>>,
+    memory: MemoryReport,
+}
+
+impl<const D: usize> Beginning<'_, D> {
+    fn counts(&self, spacing: &Spacing, domain: &Domain<D>, halvings: u32, band: Option<&CellBand<D>>) -> Counts {
+        Counts::of(self.points, spacing, domain, halvings, self.options, band)
+    }
+
+    /// For points of which some are left out, the others, and their spacing.
+    fn ground(
+        &self,
+        (outliers, heard, spacing): (Vec<bool>, Vec<[f64; D]>, Spacing),
+    ) -> Result<Ground<D>, ReconstructError> {
+        let options = self.options;
+        let lattices = Lattices::of(self.frame, &spacing, self.margin, options);
+        let Lattices { domain, halvings, levels } = &lattices;
+        let band = match options.refine && options.degree == 3 {
+            true => Some(refinement::band(&heard, &spacing, domain, *halvings, *levels, false)?),
+            false => None,
+        };
+        let counts = self.counts(&spacing, domain, *halvings, band.as_ref());
+        let memory = counts.within(memory::memory_limit(options.memory))?;
+        let band = band.map(|band| band.shallower(memory.levels));
+        Ok(Ground { outliers, heard, spacing, lattices, band, memory })
+    }
+
+    /// f̂, and the ground that it was found on: where few points have no convincing sides without those that lie on no surface with others,
+    /// these may well be a sparse part of it, and are heard too if that gives better ones. `spacing` is that of all.
+    fn sides(
+        &self,
+        ground: Ground<D>,
+        spacing: Spacing,
+    ) -> Result<((Ground<D>, Sides<D>), StageFigures), ReconstructError> {
+        let (sides, figures) = self.sides_on(&ground, f64::INFINITY)?;
+        let is_all = ground.heard.len() == self.distinct.len();
+        if D == 2 || is_all || self.distinct.len() > SPARSE || self.options.open || sides.score <= UNCONVINCING {
+            return Ok(((ground, sides), figures));
+        }
+        let of_all = self.ground((vec![false; self.distinct.len()], self.distinct.to_vec(), spacing));
+        match of_all.and_then(|all| Ok((self.sides_on(&all, sides.score)?, all))) {
+            Ok(((other, figures), all)) if other.score < sides.score => Ok(((all, other), figures)),
+            Err(error) if error.is_cancelled() => Err(error),
+            _ => Ok(((ground, sides), figures)),
+        }
+    }
+
+    fn sides_on(&self, ground: &Ground<D>, to_beat: f64) -> Result<(Sides<D>, StageFigures), ReconstructError> {
+        let Lattices { domain, halvings, .. } = &ground.lattices;
+        let search = SideSearch {
+            domain,
+            halvings: *halvings,
+            options: self.options,
+            known: self.known,
+            memory: &ground.memory,
+            to_beat,
+            cancel: self.cancel,
+        };
+        let left_out = self.distinct.len() - ground.heard.len();
+        search.run(ground.heard.clone(), ground.spacing.clone(), left_out)
+    }
 }
 
 impl<const D: usize> Reconstruction<D> {

@@ -43,9 +43,15 @@ const ASTRAY_NOISE: f64 = 6.0;
 /// if more than this share do, more are heard.
 const MANY_ASTRAY: f64 = 0.001;
 
+/// Fairness of third order is tried for no more points than these, in space.
+pub const SPARSE: usize = 3000;
+
 /// In the plane, where noise may be many spacings, finer lattices are left to fewer points if the score is above this: walls that are too thin
 /// for the lattice never got there.
 const HOPELESS: f64 = 0.8;
+
+/// Finer lattices may lower the score by so much.
+const WORTH_CLIMBING: f64 = 1.5;
 
 /// Below this share of its mean the gradient of f̂ has no direction. (Beside strays it is weak, but tells the normal.)
 const FLAT: f64 = 0.05;
@@ -59,6 +65,8 @@ pub struct Sides<const D: usize> {
     pub ratio: f64,
     /// Standard deviation of the points' distances from their surface.
     pub noise: f64,
+    /// The referee's score of f̂, without what such noise adds.
+    pub score: f64,
     /// Which of the points are strays.
     pub strays: Vec<bool>,
     /// The others,
@@ -89,8 +97,10 @@ pub struct SideSearch<'a, const D: usize> {
     pub options: &'a Options,
     /// Normals that come with the points.
     pub known: Option<(Known<'a, D>, &'a Frame<D>)>,
-    /// What may be used: more points are not worth more than that.
+    /// What may be used: neither third order nor more points are worth more than that.
     pub memory: &'a MemoryReport,
+    /// A score that is to be beaten (infinite if there is none): what does not do so at once is not looked at further.
+    pub to_beat: f64,
     /// Ends the search early.
     pub cancel: &'a CancelToken,
 }
@@ -108,11 +118,11 @@ impl<const D: usize> SideSearch<'_, D> {
         let (mut before, mut round, mut choice) = (None, 1, Choice::Even(ENOUGH));
         loop {
             let (mut fit, mut few) = self.fit(&points, &spacing, before.as_ref(), &mut choice)?;
-            let mut chosen = choice;
+            let (mut chosen, is_beaten) = (choice, fit.score >= self.to_beat);
             if let Some(found) = self.with_more(&points, &spacing, &fit, (&few, choice))? {
                 ((fit, few), chosen) = (found, Choice::Even(MORE));
             }
-            let Fit { f_hat, calibration, ratio, figures, .. } = fit;
+            let Fit { f_hat, calibration, ratio, score, figures, .. } = fit;
             let noise = gefm::noise_deviation(&f_hat, &points);
             let left_out = known + all - points.len();
             let found = LeaveOneOut::new(&points, &spacing).strays(&normals(&f_hat, &points, FLAT), noise, left_out);
@@ -123,9 +133,9 @@ impl<const D: usize> SideSearch<'_, D> {
                 mark(&mut strays, &found);
                 (points, spacing) = without(&points, &found, spacing);
             }
-            if too_many || round == ROUNDS || count <= A_FEW * enough {
+            if is_beaten || too_many || round == ROUNDS || count <= A_FEW * enough {
                 let few = if count > 0.0 && !too_many { thinned(&points, &spacing, chosen) } else { few };
-                return Ok((Sides { f_hat, calibration, ratio, noise, strays, points, spacing, few }, figures));
+                return Ok((Sides { f_hat, calibration, ratio, noise, score, strays, points, spacing, few }, figures));
             }
             (before, round) = (Some(f_hat), round + 1);
         }
@@ -233,12 +243,18 @@ impl<const D: usize> SideSearch<'_, D> {
         match options.topology {
             Topology::Continuation => {
                 let fewer_follow = D == 2 && !options.open && points.len() > ONE_OF * FEWEST;
+                let third_order = D == 3
+                    && !options.open
+                    && options.degree >= 3
+                    && points.len() <= SPARSE
+                    && self.memory.has_room_to_factor::<D>(gefm::MOST_FACTORED, options.degree);
                 let settings = gefm::LadderOptions {
                     last: self.finest(),
                     normals: self.normals(points, before),
                     cancel: cancel.clone(),
                     detail,
-                    hopeless: if fewer_follow { HOPELESS } else { f64::INFINITY },
+                    hopeless: if fewer_follow { HOPELESS } else { WORTH_CLIMBING * self.to_beat },
+                    third_order: third_order.then(|| gefm::ThirdOrderOptions::new(domain.spacing(self.halvings))),
                     ..gefm::LadderOptions::new(spacing.typical, spacing.density)
                 };
                 let (f_hat, _, report) =
