@@ -163,22 +163,26 @@ pub(crate) fn road<const D: usize>(
         distinct: &distinct,
         frame: &frame,
         margin: options.margin_in_frame(frame.scale)?,
-        known: known.map(|known| (known, &frame)),
+        known,
         options,
         cancel: &watch.cancel,
     };
-    let left_out = isolated(&distinct, spacing.clone());
-    if left_out.1.len() < distinct.len() {
+    let (mut outliers, heard, spacing) = isolated(&distinct, spacing);
+    if heard.len() < distinct.len() {
         // The frame has seen that all of them are not.
-        not_flat(&left_out.1)?;
+        not_flat(&heard)?;
     }
-    let ground = beginning.ground(left_out)?;
+    let ground = beginning.ground(&heard, &spacing)?;
     let mut road = Road { stages: Vec::new(), watch };
 
     let name = if options.topology == Topology::Paper { "topology" } else { "ladder" };
-    let (ground, sides) = road.stage(name, || beginning.sides(ground, spacing))?;
-    let Ground { mut outliers, lattices: Lattices { domain, halvings, levels }, band, mut memory, .. } = ground;
+    let (ground, sides) = road.stage(name, || beginning.sides(ground, heard, spacing))?;
+    let Ground { lattices: Lattices { domain, halvings, levels }, band, mut memory } = ground;
     let Sides { f_hat, calibration, ratio, noise, strays, points: heard, spacing, few, .. } = sides;
+    if strays.len() == distinct.len() {
+        // All were heard in the end.
+        outliers.fill(false);
+    }
     mark(&mut outliers, &strays);
     let (few, few_spacing) = few.as_ref().map_or((&heard, &spacing), |(few, spacing)| (few, spacing));
 
@@ -398,17 +402,13 @@ struct Beginning<'a, const D: usize> {
     frame: &'a Frame<D>,
     /// In the frame.
     margin: f64,
-    known: Option<(Known<'a, D>, &'a Frame<D>)>,
+    known: Option<Known<'a, D>>,
     options: &'a Options,
     cancel: &'a CancelToken,
 }
 
-/// Points that are heard, and the lattices that they ask for.
+/// The lattices that points ask for.
 struct Ground<const D: usize> {
-    /// Which of the distinct points are not heard.
-    outliers: Vec<bool>,
-    heard: Vec<[f64; D]>,
-    spacing: Spacing,
     lattices: Lattices<D>,
     /// As far as memory reaches.
     band: Option<CellBand<D>>,
@@ -420,57 +420,64 @@ impl<const D: usize> Beginning<'_, D> {
         Counts::of(self.points, spacing, domain, halvings, self.options, band)
     }
 
-    /// For points of which some are left out, the others, and their spacing.
-    fn ground(
-        &self,
-        (outliers, heard, spacing): (Vec<bool>, Vec<[f64; D]>, Spacing),
-    ) -> Result<Ground<D>, ReconstructError> {
+    fn ground(&self, heard: &[[f64; D]], spacing: &Spacing) -> Result<Ground<D>, ReconstructError> {
         let options = self.options;
-        let lattices = Lattices::of(self.frame, &spacing, self.margin, options);
+        let lattices = Lattices::of(self.frame, spacing, self.margin, options);
         let Lattices { domain, halvings, levels } = &lattices;
         let band = match options.refine && options.degree == 3 {
-            true => Some(refinement::band(&heard, &spacing, domain, *halvings, *levels, false)?),
+            true => Some(refinement::band(heard, spacing, domain, *halvings, *levels, false)?),
             false => None,
         };
-        let counts = self.counts(&spacing, domain, *halvings, band.as_ref());
+        let counts = self.counts(spacing, domain, *halvings, band.as_ref());
         let memory = counts.within(memory::memory_limit(options.memory))?;
         let band = band.map(|band| band.shallower(memory.levels));
-        Ok(Ground { outliers, heard, spacing, lattices, band, memory })
+        Ok(Ground { lattices, band, memory })
     }
 
-    /// f̂, and the ground that it was found on: where few points have no convincing sides without those that lie on no surface with others,
-    /// these may well be a sparse part of it, and are heard too if that gives better ones. `spacing` is that of all.
+    /// f̂ for points that are heard, and the ground that it was found on: where few points have no convincing sides without those that lie on no
+    /// surface with others, these may well be a sparse part of it, and all are heard if that gives better ones.
     fn sides(
         &self,
         ground: Ground<D>,
+        heard: Vec<[f64; D]>,
         spacing: Spacing,
     ) -> Result<((Ground<D>, Sides<D>), StageFigures), ReconstructError> {
-        let (sides, figures) = self.sides_on(&ground, f64::INFINITY)?;
-        let is_all = ground.heard.len() == self.distinct.len();
+        let is_all = heard.len() == self.distinct.len();
+        let (sides, figures) = self.sides_on(&ground, heard, spacing, f64::INFINITY)?;
         if D == 2 || is_all || self.distinct.len() > SPARSE || self.options.open || sides.score <= UNCONVINCING {
             return Ok(((ground, sides), figures));
         }
-        let of_all = self.ground((vec![false; self.distinct.len()], self.distinct.to_vec(), spacing));
-        match of_all.and_then(|all| Ok((self.sides_on(&all, sides.score)?, all))) {
+        let of_all = || -> Result<_, ReconstructError> {
+            let spacing = Spacing::of(self.distinct);
+            let ground = self.ground(self.distinct, &spacing)?;
+            Ok((self.sides_on(&ground, self.distinct.to_vec(), spacing, sides.score)?, ground))
+        };
+        match of_all() {
             Ok(((other, figures), all)) if other.score < sides.score => Ok(((all, other), figures)),
             Err(error) if error.is_cancelled() => Err(error),
             _ => Ok(((ground, sides), figures)),
         }
     }
 
-    fn sides_on(&self, ground: &Ground<D>, to_beat: f64) -> Result<(Sides<D>, StageFigures), ReconstructError> {
+    fn sides_on(
+        &self,
+        ground: &Ground<D>,
+        heard: Vec<[f64; D]>,
+        spacing: Spacing,
+        to_beat: f64,
+    ) -> Result<(Sides<D>, StageFigures), ReconstructError> {
         let Lattices { domain, halvings, .. } = &ground.lattices;
         let search = SideSearch {
             domain,
             halvings: *halvings,
             options: self.options,
-            known: self.known,
+            known: self.known.map(|known| (known, self.frame)),
             memory: &ground.memory,
             to_beat,
             cancel: self.cancel,
         };
-        let left_out = self.distinct.len() - ground.heard.len();
-        search.run(ground.heard.clone(), ground.spacing.clone(), left_out)
+        let left_out = self.distinct.len() - heard.len();
+        search.run(heard, spacing, left_out)
     }
 }
 

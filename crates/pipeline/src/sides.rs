@@ -118,7 +118,7 @@ impl<const D: usize> SideSearch<'_, D> {
         let (mut before, mut round, mut choice) = (None, 1, Choice::Even(ENOUGH));
         loop {
             let (mut fit, mut few) = self.fit(&points, &spacing, before.as_ref(), &mut choice)?;
-            let (mut chosen, is_beaten) = (choice, fit.score >= self.to_beat);
+            let mut chosen = choice;
             if let Some(found) = self.with_more(&points, &spacing, &fit, (&few, choice))? {
                 ((fit, few), chosen) = (found, Choice::Even(MORE));
             }
@@ -133,7 +133,7 @@ impl<const D: usize> SideSearch<'_, D> {
                 mark(&mut strays, &found);
                 (points, spacing) = without(&points, &found, spacing);
             }
-            if is_beaten || too_many || round == ROUNDS || count <= A_FEW * enough {
+            if score >= self.to_beat || too_many || round == ROUNDS || count <= A_FEW * enough {
                 let few = if count > 0.0 && !too_many { thinned(&points, &spacing, chosen) } else { few };
                 return Ok((Sides { f_hat, calibration, ratio, noise, score, strays, points, spacing, few }, figures));
             }
