@@ -7,6 +7,7 @@ use zeroset_gefm::{HermiteOptions, hermite_fit};
 
 use crate::domain::{Domain, Nodes};
 use crate::error::ReconstructError;
+use crate::inventions::inventions;
 use crate::kd_tree::tree_of;
 use crate::memory::MemoryReport;
 use crate::sign_field::SignField;
@@ -129,10 +130,9 @@ pub fn fill_holes<const D: usize>(
         let told_otherwise = winding.abs() > CLEAR && nearest.distance > domain.spacing;
         if told_otherwise || !heard[nearest.sample] { 0.0 } else { beside * (depth(&nearest) - 1.0).clamp(0.0, 1.0) }
     };
-    let (Some(values), Some(winding)) = (field.value.as_slice_mut(), field.winding.as_slice()) else {
-        return Ok(Filling::NoHoles);
-    };
+    let Some(winding) = field.winding.as_slice() else { return Ok(Filling::NoHoles) };
     let shares: Vec<f64> = winding.par_iter().enumerate().map(share).collect();
+    let mut values = field.value.clone();
     let mut changed = 0;
     for ((value, share), (flat, filled)) in values.iter_mut().zip(shares).zip(flat.iter().zip(&filled)) {
         if share > 0.0 {
@@ -140,6 +140,13 @@ pub fn fill_holes<const D: usize>(
             changed += 1;
         }
     }
+    for node in inventions(&field.value, &values) {
+        if let (Some(value), Some(was)) = (values.as_slice_mut(), field.value.as_slice()) {
+            value[node] = was[node];
+        }
+        changed -= 1;
+    }
+    field.value = values;
     Ok(Filling::Filled(changed))
 }
 

@@ -3,6 +3,7 @@
 use ndarray::ArrayD;
 use serde::Serialize;
 
+use crate::node_graph::NodeGraph;
 use crate::sign_field::SignField;
 
 /// What sign synthesis changed.
@@ -64,8 +65,7 @@ pub fn synthesize(field: &SignField, distance: &ArrayD<f64>, reach: f64) -> (Arr
 
 /// The lattice split into connected regions of one sign (neighbours along the axes).
 struct Regions {
-    shape: Vec<usize>,
-    strides: Vec<usize>,
+    graph: NodeGraph,
     inside: Vec<bool>,
     near: Vec<bool>,
     /// Whether winding numbers are those of the inside.
@@ -93,45 +93,19 @@ impl Region {
 
 impl Regions {
     fn new(field: &SignField, distance: &ArrayD<f64>, reach: f64) -> Self {
-        let shape = distance.shape().to_vec();
-        let mut strides = vec![1; shape.len()];
-        for axis in (0..shape.len() - 1).rev() {
-            strides[axis] = strides[axis + 1] * shape[axis + 1];
-        }
         Self {
             inside: field.value.iter().map(|&f| f < 0.0).collect(),
             wound: field.winding.iter().map(|&w| w < 0.0).collect(),
             near: distance.iter().map(|&d| d <= reach).collect(),
-            shape,
-            strides,
+            graph: NodeGraph::new(distance.shape()),
         }
-    }
-
-    /// The nodes next to one along the axes; `None` for each step that leaves the box.
-    fn neighbours(&self, node: usize) -> impl Iterator<Item = Option<usize>> + '_ {
-        (0..self.shape.len()).flat_map(move |axis| {
-            let position = node / self.strides[axis] % self.shape[axis];
-            let before = (position > 0).then(|| node - self.strides[axis]);
-            let after = (position + 1 < self.shape[axis]).then(|| node + self.strides[axis]);
-            [before, after]
-        })
     }
 
     /// Visits a region; returns its nodes.
     fn flood(&self, start: usize, visited: &mut [bool]) -> Vec<usize> {
-        let mut nodes = vec![start];
-        visited[start] = true;
-        let mut next = 0;
-        while next < nodes.len() {
-            for neighbour in self.neighbours(nodes[next]).flatten() {
-                if !visited[neighbour] && self.inside[neighbour] == self.inside[start] {
-                    visited[neighbour] = true;
-                    nodes.push(neighbour);
-                }
-            }
-            next += 1;
-        }
-        nodes
+        NodeGraph::flood(start, visited, |node| {
+            self.graph.neighbours(node).flatten().filter(|next| self.inside[*next] == self.inside[start])
+        })
     }
 
     fn measure(&self) -> Vec<Region> {
@@ -145,7 +119,7 @@ impl Regions {
             let mut region = Region { start, size: nodes.len(), boundary: 0, supported: 0, agreed: 0 };
             for &node in &nodes {
                 region.agreed += usize::from(self.wound[node] == self.inside[node]);
-                for neighbour in self.neighbours(node) {
+                for neighbour in self.graph.neighbours(node) {
                     let (crosses, supported) = match neighbour {
                         Some(other) => (self.inside[other] != self.inside[node], self.near[node] && self.near[other]),
                         None => (self.inside[node], false),
@@ -169,7 +143,7 @@ impl Regions {
     /// Puts every node on the faces of the box outside.
     fn clip(&mut self) -> usize {
         let faces: Vec<usize> = (0..self.inside.len())
-            .filter(|&node| self.inside[node] && self.neighbours(node).any(|neighbour| neighbour.is_none()))
+            .filter(|&node| self.inside[node] && self.graph.neighbours(node).any(|neighbour| neighbour.is_none()))
             .collect();
         for &node in &faces {
             self.inside[node] = false;
