@@ -140,7 +140,7 @@ pub fn fill_holes<const D: usize>(
             changed += 1;
         }
     }
-    for node in inventions(&field.value, &values) {
+    for node in inventions(&field.value, &values, &nodes.shape) {
         if let (Some(value), Some(was)) = (values.as_slice_mut(), field.value.as_slice()) {
             value[node] = was[node];
         }

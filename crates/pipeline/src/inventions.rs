@@ -9,6 +9,8 @@ use std::collections::HashSet;
 
 use ndarray::ArrayD;
 
+use crate::cell_sides::cells_around;
+use crate::domain::multi_index;
 use crate::node_graph::NodeGraph;
 
 /// A filling may have so many times the surface that it takes the place of: a half ball over a flat end has twice, a finger as long as it is
@@ -20,9 +22,9 @@ const LEAST: f64 = 0.1;
 const WIDEST: f64 = 2.25;
 
 /// The nodes of a lattice that such fillings have brought to the other side. `before` and `after` are negative inside, without and with what fills
-/// holes. Connected nodes are judged together, by the number of the lattice's edges across either surface.
-pub fn inventions(before: &ArrayD<f64>, after: &ArrayD<f64>) -> Vec<usize> {
-    let graph = NodeGraph::new(before.shape());
+/// holes, on a lattice of that shape. Connected nodes are judged together, by the number of the lattice's edges across either surface.
+pub fn inventions<const D: usize>(before: &ArrayD<f64>, after: &ArrayD<f64>, shape: &[usize; D]) -> Vec<usize> {
+    let graph = NodeGraph::new(shape);
     let signs = |values: &ArrayD<f64>| -> Vec<bool> { values.iter().map(|value| *value < 0.0).collect() };
     let (before, after) = (signs(before), signs(after));
     let changed = |node: usize| before[node] != after[node];
@@ -32,9 +34,9 @@ pub fn inventions(before: &ArrayD<f64>, after: &ArrayD<f64>) -> Vec<usize> {
         if visited[start] || !changed(start) {
             continue;
         }
-        let nodes = NodeGraph::flood(start, &mut visited, |node| {
-            graph.neighbours(node).flatten().filter(|next| changed(*next) && before[*next] == before[start])
-        });
+        let next =
+            |node| graph.neighbours(node).flatten().filter(|next| changed(*next) && before[*next] == before[start]);
+        let nodes = NodeGraph::flood(start, next, |node| !std::mem::replace(&mut visited[node], true));
         // What lies beyond the box is outside.
         let edges = |node: usize, signs: &[bool]| {
             let crosses =
@@ -44,7 +46,7 @@ pub fn inventions(before: &ArrayD<f64>, after: &ArrayD<f64>) -> Vec<usize> {
         let old: Vec<usize> = nodes.iter().copied().filter(|node| edges(*node, &before) > 0).collect();
         let [was, is] = [&before, &after].map(|signs| nodes.iter().map(|node| edges(*node, signs)).sum::<usize>());
         let leaves_the_box = nodes.iter().any(|node| graph.neighbours(*node).any(|next| next.is_none()));
-        if is as f64 > MOST * was as f64 && (leaves_the_box || !joins(&graph, nodes.len(), &old)) {
+        if is as f64 > MOST * was as f64 && (leaves_the_box || !joins(nodes.len(), &old, shape)) {
             found.extend(nodes);
         }
     }
@@ -52,13 +54,13 @@ pub fn inventions(before: &ArrayD<f64>, after: &ArrayD<f64>) -> Vec<usize> {
 }
 
 /// Whether a filling of so many nodes runs from one piece of the surface that it takes the place of, `old`, to another.
-fn joins(graph: &NodeGraph, filling: usize, old: &[usize]) -> bool {
-    let mut pieces = pieces(graph, old);
+fn joins<const D: usize>(filling: usize, old: &[usize], shape: &[usize; D]) -> bool {
+    let mut pieces = pieces(old, shape);
     pieces.sort_by_key(|piece| Reverse(piece.len()));
     let [first, second, ..] = pieces.as_slice() else { return false };
-    let centre = |piece: &[usize]| -> Vec<f64> {
-        let sum = |axis| piece.iter().map(|node| graph.position(*node, axis) as f64).sum::<f64>();
-        (0..graph.dimension()).map(|axis| sum(axis) / piece.len() as f64).collect()
+    let centre = |piece: &[usize]| -> [f64; D] {
+        let sum = |axis: usize| piece.iter().map(|node| multi_index(*node, shape)[axis] as f64).sum::<f64>();
+        std::array::from_fn(|axis| sum(axis) / piece.len() as f64)
     };
     let apart = centre(first).iter().zip(centre(second)).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
     let straight = 0.5 * (first.len() + second.len()) as f64 * apart;
@@ -66,21 +68,11 @@ fn joins(graph: &NodeGraph, filling: usize, old: &[usize]) -> bool {
 }
 
 /// The nodes in pieces that hang together, in cells that they share.
-fn pieces(graph: &NodeGraph, nodes: &[usize]) -> Vec<Vec<usize>> {
+fn pieces<const D: usize>(nodes: &[usize], shape: &[usize; D]) -> Vec<Vec<usize>> {
     let mut left: HashSet<usize> = nodes.iter().copied().collect();
-    let mut found = Vec::new();
-    for start in nodes {
-        if left.remove(start) {
-            let mut piece = vec![*start];
-            let mut done = 0;
-            while done < piece.len() {
-                piece.extend(graph.around(piece[done]).into_iter().filter(|next| left.remove(next)));
-                done += 1;
-            }
-            found.push(piece);
-        }
-    }
-    found
+    let around = |node| cells_around(node, *shape, u32::MAX);
+    let piece = |start: &usize| NodeGraph::flood(*start, around, |node| left.remove(&node));
+    nodes.iter().map(piece).filter(|piece| !piece.is_empty()).collect()
 }
 
 #[cfg(test)]
@@ -98,7 +90,7 @@ mod tests {
     fn judged(before: impl Fn([f64; 3]) -> bool, filling: impl Fn([f64; 3]) -> bool) -> (usize, usize) {
         let (old, new) = (lattice(&before), lattice(&|x| before(x) || filling(x)));
         let changed = old.iter().zip(&new).filter(|(a, b)| a != b).count();
-        (changed, inventions(&old, &new).len())
+        (changed, inventions(&old, &new, &[SIDE; 3]).len())
     }
 
     fn from_axis(x: [f64; 3]) -> f64 {
@@ -155,8 +147,8 @@ mod tests {
     fn what_takes_away_is_judged_like_what_adds() {
         let balloon = |x: [f64; 3]| x[2] >= 12.0 && from_place(x, [15.5, 15.5, 17.0]) < 6.0;
         let (old, new) = (lattice(&blade), lattice(&|x| blade(x) || balloon(x)));
-        let found = inventions(&old, &new);
+        let found = inventions(&old, &new, &[SIDE; 3]);
         assert!(!found.is_empty());
-        assert_eq!(inventions(&old.mapv(|v| -v), &new.mapv(|v| -v)), found);
+        assert_eq!(inventions(&old.mapv(|v| -v), &new.mapv(|v| -v), &[SIDE; 3]), found);
     }
 }

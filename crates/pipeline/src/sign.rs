@@ -103,9 +103,8 @@ impl Regions {
 
     /// Visits a region; returns its nodes.
     fn flood(&self, start: usize, visited: &mut [bool]) -> Vec<usize> {
-        NodeGraph::flood(start, visited, |node| {
-            self.graph.neighbours(node).flatten().filter(|next| self.inside[*next] == self.inside[start])
-        })
+        let next = |node| self.graph.neighbours(node).flatten().filter(|next| self.inside[*next] == self.inside[start]);
+        NodeGraph::flood(start, next, |node| !std::mem::replace(&mut visited[node], true))
     }
 
     fn measure(&self) -> Vec<Region> {
