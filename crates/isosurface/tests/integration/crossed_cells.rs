@@ -1,7 +1,5 @@
 //! An extraction from the cells that bounds do not rule out is the extraction from the whole lattice.
 
-#![allow(clippy::unwrap_used, reason = "a panic is how a test fails")]
-
 use std::sync::Arc;
 
 use ndarray::ArrayD;

@@ -1,10 +1,6 @@
 //! Critical points: known ones are found, all found are ones, and few are missed even where a function is as rough as its cells.
 
-#![allow(clippy::unwrap_used, reason = "a panic is how a test fails")]
-
-mod common;
-
-use common::scattered;
+use crate::common::scattered;
 use std::sync::Arc;
 use zeroset_bspline::{CellBand, CriticalPoint, HierarchicalSpline, KnotVector, Spline};
 

@@ -1,7 +1,5 @@
 //! What every mesh must be, on random samples and on known surfaces.
 
-#![allow(clippy::unwrap_used, reason = "a panic is how a test fails")]
-
 use ndarray::ArrayD;
 use proptest::prelude::*;
 use zeroset_isosurface::{Error, ImplicitFunction, LatticeSamples, Options, Report, TriMesh, surface};

@@ -1,7 +1,5 @@
 //! Refinement level by level.
 
-#![allow(clippy::unwrap_used, reason = "a panic is how a test fails")]
-
 use zeroset_bspline::{CellBand, DerivativeEnergy, Derivatives, KnotVector, Spline};
 use zeroset_trust_region::{
     Error, LevelError, LevelOptions, LevelsReport, Normalisation, Options, Sides, refine, refine_levels,

@@ -1,7 +1,5 @@
 //! The operator of a band level against the assembled matrix of the whole lattice, restricted to the active functions.
 
-#![allow(clippy::unwrap_used, reason = "a panic is how a test fails")]
-
 use std::borrow::Cow;
 use std::sync::Arc;
 use zeroset_bspline::{CellBand, Collocation, DerivativeEnergy, HierarchicalSpline, KnotVector, Level, Spline};

@@ -1,7 +1,5 @@
 //! What must hold to the last bit, whatever the input.
 
-#![allow(clippy::expect_used, reason = "a panic is how a test fails")]
-
 use proptest::prelude::*;
 use zeroset_winding::{LARGEST, Options, Tree, WindingError};
 

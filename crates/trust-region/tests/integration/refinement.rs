@@ -1,7 +1,5 @@
 //! The iteration as a whole.
 
-#![allow(clippy::unwrap_used, reason = "a panic is how a test fails")]
-
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 

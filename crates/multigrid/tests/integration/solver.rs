@@ -1,7 +1,5 @@
 //! Laws of the V-cycle and of the solver around it.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a panic is how a test fails")]
-
 use proptest::prelude::*;
 use zeroset_bspline::{Collocation, DerivativeEnergy, KnotVector};
 use zeroset_multigrid::{FactorError, Multigrid, MultigridError, NormalEquations, SolveOptions};

@@ -1,7 +1,5 @@
 //! Redistancing: unit slopes, and zeros that stay.
 
-#![allow(clippy::unwrap_used, reason = "a panic is how a test fails")]
-
 use std::f64::consts::TAU;
 
 use zeroset_bspline::{CellBand, Derivatives, HierarchicalSpline, KnotVector, Spline};

@@ -1,10 +1,6 @@
 //! The cells that bounds leave over are enough, few, and have the right values at their corners.
 
-#![allow(clippy::unwrap_used, reason = "a panic is how a test fails")]
-
-mod common;
-
-use common::scattered;
+use crate::common::scattered;
 use proptest::prelude::*;
 use std::sync::Arc;
 use zeroset_bspline::{BandError, CellBand, CrossedCells, HierarchicalSpline, IndexSet, KnotVector, Spline};

@@ -1,10 +1,6 @@
 //! What every implicit function must satisfy, and what holds for hierarchies of levels alone.
 
-#![allow(clippy::unwrap_used, reason = "a panic is how a test fails")]
-
-mod common;
-
-use common::scattered;
+use crate::common::scattered;
 use proptest::prelude::*;
 use std::sync::Arc;
 use zeroset_bspline::{

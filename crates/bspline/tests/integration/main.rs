@@ -1,0 +1,8 @@
+//! What must hold for splines, whatever their coefficients. One binary, since each is compiled with all that it calls.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a panic is how a test fails")]
+
+mod common;
+mod critical_points;
+mod crossed_cells;
+mod implicit;
