@@ -1,5 +1,6 @@
 //! Everything that a change must pass.
 
+use std::collections::BTreeSet;
 use std::process::Command;
 use std::time::Instant;
 
@@ -9,6 +10,7 @@ use anyhow::{Context, Result, bail};
 pub fn run() -> Result<()> {
     let nextest = has("nextest");
     step("format", cargo(&["fmt", "--all", "--check"]))?;
+    check_features()?;
     step("lints", cargo(&["clippy", "--quiet", "--workspace", "--all-targets", "--", "-D", "warnings"]))?;
     // Examples have been checked with the lints: to build them too takes minutes.
     let tests: &[&str] = if nextest { &["nextest", "run"] } else { &["test", "--quiet"] };
@@ -30,6 +32,33 @@ pub fn run() -> Result<()> {
 /// Whether cargo has a command that is installed by itself.
 pub fn has(name: &str) -> bool {
     cargo(&[name, "--version"]).output().is_ok_and(|output| output.status.success())
+}
+
+/// Tasks and tests are to share what is compiled, which takes most of the time: that a dependency has a feature fewer for `cargo xtask`
+/// than for the tests makes it, and all that is above it, another crate.
+fn check_features() -> Result<()> {
+    let (tasks, tests) =
+        (dependencies(&["--package", "xtask", "-e", "normal,build"])?, dependencies(&["--workspace"])?);
+    let twice: Vec<&str> = tasks.difference(&tests).map(String::as_str).collect();
+    if !twice.is_empty() {
+        bail!(
+            "compiled once more for tests than for tasks, with other features: {}; see `either` in Cargo.toml",
+            twice.join("; ")
+        );
+    }
+    Ok(())
+}
+
+/// The dependencies of packages, each with its version and features.
+fn dependencies(packages: &[&str]) -> Result<BTreeSet<String>> {
+    let layout = ["--prefix", "none", "--no-dedupe", "--format", "{p} {f}"];
+    let output = cargo(&[&["tree", "--quiet"], packages, &layout[..]].concat())
+        .output()
+        .context("cargo tree could not be started")?;
+    if !output.status.success() {
+        bail!("cargo tree failed ({}): {}", output.status, String::from_utf8_lossy(&output.stderr));
+    }
+    Ok(String::from_utf8_lossy(&output.stdout).lines().map(str::to_owned).collect())
 }
 
 fn cargo(arguments: &[&str]) -> Command {
