@@ -1,6 +1,6 @@
 //! What must hold for splines, whatever their coefficients. One binary, since each is compiled with all that it calls.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a panic is how a test fails")]
+#![allow(clippy::unwrap_used, reason = "a panic is how a test fails")]
 
 mod common;
 mod critical_points;

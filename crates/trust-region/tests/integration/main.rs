@@ -1,6 +1,6 @@
 //! Refinement on one lattice and level by level, and redistancing. One binary, since each is compiled with all that it calls.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a panic is how a test fails")]
+#![allow(clippy::unwrap_used, reason = "a panic is how a test fails")]
 
 mod levels;
 mod redistance;
