@@ -101,6 +101,11 @@ impl<'a, const D: usize> Cascade<'a, D> {
         }
     }
 
+    /// The smoothing length at which noise ended the steps, if it did.
+    pub(crate) fn noise_length(&self) -> Option<f64> {
+        self.at_noise.then_some(self.smoothing_length)
+    }
+
     /// Errors over all points.
     pub(crate) fn errors(&self, f: &impl Implicit<D>) -> LevelErrors {
         let at = f.evaluate(&self.fitted.points, Derivatives::Gradient);

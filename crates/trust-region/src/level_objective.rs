@@ -10,6 +10,7 @@ use crate::level_options::LevelOptions;
 use crate::level_report::LevelErrors;
 use crate::rows::dot;
 use crate::sides::{Bounded, Sides};
+use crate::twicing::Moved;
 
 /// Points with their area weights.
 #[derive(Debug, Clone)]
@@ -205,6 +206,8 @@ impl<const D: usize> Sampson<D> {
 #[derive(Debug)]
 pub(crate) struct LevelObjective<'a, const D: usize> {
     active: Arc<IndexSet<D>>,
+    /// All that are fitted, and those of them that lie in the cells.
+    points: &'a [[f64; D]],
     fitted: Part<D>,
     bounded: Bounded<D>,
     /// The points that are held out.
@@ -250,7 +253,7 @@ impl<'a, const D: usize> LevelObjective<'a, D> {
     /// A level without corrections; `coarse_energy` is the energy of the spline so far.
     pub(crate) fn new(
         level: &'a Level<D>,
-        fitted: &Weighted<D>,
+        fitted: &'a Weighted<D>,
         judged: &[[f64; D]],
         sides: &Sides<D>,
         coarse_energy: f64,
@@ -262,11 +265,11 @@ impl<'a, const D: usize> LevelObjective<'a, D> {
         let coarse = level.total();
         let mut coarse_gradient = vec![0.0; active.len()];
         energy.apply(coarse, None, &mut coarse_gradient);
-        let fitted = Part::new(level, fitted);
         let judged = BandCollocation::new(level, judged);
         Self {
             active,
-            fitted,
+            points: &fitted.points,
+            fitted: Part::new(level, fitted),
             bounded: Bounded::new(level, sides),
             judged,
             energy,
@@ -282,6 +285,20 @@ impl<'a, const D: usize> LevelObjective<'a, D> {
     /// The standard deviation of the points' Sampson distances if they are normal.
     pub(crate) fn spread(&self, state: &LevelState<D>) -> f64 {
         self.fitted.spread(&state.sampson)
+    }
+
+    /// By how much the zero set has moved from one state to another at the fitted points in the cells, to first order.
+    pub(crate) fn moved(&self, before: &LevelState<D>, after: &LevelState<D>) -> Moved<D> {
+        let found = |state: &LevelState<D>, i: usize| state.sampson.found[i];
+        let distance = |i: usize| {
+            let ((old, _), (new, gradient)) = (found(before, i), found(after, i));
+            (new - old) / dot(&gradient, &gradient).sqrt().max(FLATTEST)
+        };
+        Moved {
+            points: self.fitted.collocation.indices().iter().map(|i| self.points[*i as usize]).collect(),
+            areas: self.fitted.roots.iter().map(|root| root * root).collect(),
+            distances: (0..self.fitted.roots.len()).into_par_iter().with_min_len(CHUNK).map(distance).collect(),
+        }
     }
 
     /// Points that lie in the cells.
@@ -333,6 +350,14 @@ impl<'a, const D: usize> LevelObjective<'a, D> {
 
     /// The Gauss–Newton model at a state: operator `JᵀJ + wH` and right side `−(Jᵀr + w H f)`, half the derivatives of R.
     pub(crate) fn model(&self, state: &LevelState<D>, weight: f64) -> (BandOperator<'_, D>, Vec<f64>) {
+        let (operator, mut right) = self.increment_model(state, weight);
+        let both = right.par_iter_mut().zip(&state.gradient).with_min_len(CHUNK);
+        both.for_each(|(b, h)| *b -= weight * h);
+        (operator, right)
+    }
+
+    /// The same where the energy is that of the increment alone: the right side is `−Jᵀr`.
+    pub(crate) fn increment_model(&self, state: &LevelState<D>, weight: f64) -> (BandOperator<'_, D>, Vec<f64>) {
         let (sampson, roots) = (&state.sampson, &self.fitted.roots);
         let (residuals, slopes) = (sampson.residuals(roots), &sampson.slopes);
         let found = || sampson.found.par_iter().with_min_len(CHUNK);
@@ -368,8 +393,7 @@ impl<'a, const D: usize> LevelObjective<'a, D> {
             }
         };
         self.energy.sums(add, &mut right);
-        let both = right.par_iter_mut().zip(&state.gradient).with_min_len(CHUNK);
-        both.for_each(|(b, h)| *b = -(*b + weight * h));
+        right.par_iter_mut().with_min_len(CHUNK).for_each(|b| *b = -*b);
         let energy = self.energy.with_fairness(self.energy.fairness().scaled(weight));
         (BandOperator::new(rows, energy), right)
     }

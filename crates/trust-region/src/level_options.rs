@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use thiserror::Error;
-use zeroset_bspline::{EnergyError, HierarchyError};
+use zeroset_bspline::{EnergyError, HierarchyError, KnotError};
 use zeroset_multigrid::Fairness;
 use zeroset_watch::CancelToken;
 
@@ -117,6 +117,9 @@ pub enum LevelError {
     /// The initial function's knots admit no energy.
     #[error(transparent)]
     Energy(#[from] EnergyError),
+    /// The box of the initial function admits no coarser lattice.
+    #[error(transparent)]
+    Knots(#[from] KnotError),
 }
 
 impl LevelOptions {
@@ -149,12 +152,33 @@ impl LevelOptions {
         if !self.degrees_of_freedom {
             return 1.0;
         }
-        let (q, dimensions) = (self.power(), (D - 1) as f64);
+        let share = self.dimension_share::<D>();
+        (1.0 - (1.0 + share) * self.modes_per_point::<D>(length)).max(LEAST_LEFT).sqrt()
+    }
+
+    /// The variance of what a fit smooths out of what is left of noise with a deviation of 1, per point: `tr((S L)²)`, with S as above.
+    /// `left` holds the coefficients of L as a polynomial in `1 − S`, that of `1 − S` first; there is no constant.
+    pub(crate) fn noise_smoothed<const D: usize>(&self, length: f64, left: &[f64]) -> f64 {
+        let share = self.dimension_share::<D>();
+        let modes = (1.0 - share) * self.modes_per_point::<D>(length);
+        // tr(S² (1 − S)ⁿ): beta functions.
+        let moment = |n: usize| (0..n).map(|j| (share + j as f64) / (j + 2) as f64).product::<f64>() * modes;
+        let product =
+            |(i, a): (usize, &f64)| left.iter().enumerate().map(|(j, b)| a * b * moment(i + j + 2)).sum::<f64>();
+        left.iter().enumerate().map(product).sum()
+    }
+
+    /// `(D − 1) / q`.
+    fn dimension_share<const D: usize>(&self) -> f64 {
+        (D - 1) as f64 / self.power()
+    }
+
+    /// `tr S` per point, with S as above.
+    fn modes_per_point<const D: usize>(&self, length: f64) -> f64 {
+        let (q, share) = (self.power(), self.dimension_share::<D>());
         let (c, sphere): (f64, f64) = (if q == 5.0 { 16.0 / 3.0 } else { 4.0 }, if D == 2 { PI } else { 2.0 * PI });
-        let share = dimensions / q;
-        let integral = (1.0 + share) * PI / (q * (PI * share).sin());
-        let followed = integral * c.powf(-share) / (sphere * self.density * length.powf(dimensions));
-        (1.0 - followed).max(LEAST_LEFT).sqrt()
+        let integral = PI / (q * (PI * share).sin());
+        integral * c.powf(-share) / (sphere * self.density * length.powi(D as i32 - 1))
     }
 
     /// The smoothing length so many steps after a given one.
@@ -257,6 +281,21 @@ mod tests {
                 let found = left(third_order, dimension, length).powi(2);
                 assert!((found - (1.0 - sum)).abs() < 1e-3, "{third_order:?} {dimension}: {found} {sum}");
             }
+        }
+        // Twicing a flat set: by the same rule, without what cannot be seen above.
+        for (third_order, c, q) in [(None, 4.0, 3), (Some(1.0), 16.0 / 3.0, 5)] {
+            let options = LevelOptions { density: 3.0, third_order, ..LevelOptions::default() };
+            let sum = |measure: &dyn Fn(f64) -> f64| -> f64 {
+                let at = |i: u32| 1e-3 * (f64::from(i) + 0.5);
+                let fit = |w: f64| (1.0 + c * (1.3 * w).powi(q)).recip();
+                let smoothed = |w: f64| (fit(w) * (0.7 * (1.0 - fit(w)) + 0.3 * (1.0 - fit(w)).powi(2))).powi(2);
+                (0..200_000).map(|i| 1e-3 * smoothed(at(i)) * measure(at(i)) / 3.0).sum()
+            };
+            let left = [0.7, 0.3];
+            let (curve, surface) = (options.noise_smoothed::<2>(1.3, &left), options.noise_smoothed::<3>(1.3, &left));
+            // The rule's error and what is beyond 200 are smaller.
+            assert!((curve / sum(&|_| 1.0 / PI) - 1.0).abs() < 1e-5, "{curve}");
+            assert!((surface / sum(&|w| w / (2.0 * PI)) - 1.0).abs() < 1e-5, "{surface}");
         }
         // Nothing is left of what is below the spacing, and all of it where it is not asked for.
         assert_eq!(left(None, 3, 1e-3), LEAST_LEFT.sqrt());

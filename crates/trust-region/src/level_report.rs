@@ -33,6 +33,21 @@ pub struct LevelStep {
     pub errors: LevelErrors,
 }
 
+/// What a fit had left over, smoothed and added once more ([`twice`](crate::twice)).
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Twicing {
+    /// The smoothing length.
+    pub smoothing_length: f64,
+    /// Conjugate-gradient steps: products with the normal operator.
+    pub cg_steps: usize,
+    /// By how much all of it would move the zero set at the points: root mean square, in the unit of the points.
+    pub moved_rms: f64,
+    /// The same if nothing were left over but noise.
+    pub noise_rms: f64,
+    /// The share of it that was added, on average over the level's functions.
+    pub kept: f64,
+}
+
 /// One level.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LevelSummary {
@@ -73,6 +88,12 @@ pub struct LevelsReport {
     pub levels_with_all: Vec<LevelSummary>,
     /// Whether a level brought nothing and ended the cascade.
     pub stopped_early: bool,
+    /// The smoothing length at which the noise ended the steps, if it did.
+    pub noise_length: Option<f64>,
+    /// Mean of `‖∇f‖` at the points before the result was divided by it.
+    pub mean_slope: f64,
+    /// What [`twice`](crate::twice) has added afterwards, if it was called for; errors and levels are those before.
+    pub twicings: Vec<Twicing>,
     /// Places off the surface that were held on their side.
     pub held_places: usize,
     /// Points of the returned function whose gradient is below the floor.

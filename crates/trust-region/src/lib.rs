@@ -82,11 +82,12 @@ mod rows;
 mod sampson;
 mod sides;
 mod steihaug;
+mod twicing;
 
 pub use error::Error;
 pub use holdout::lots;
 pub use level_options::{LevelError, LevelOptions};
-pub use level_report::{LevelErrors, LevelStep, LevelSummary, LevelsReport};
+pub use level_report::{LevelErrors, LevelStep, LevelSummary, LevelsReport, Twicing};
 pub use more_sorensen::MOST_EXACT;
 pub use options::{Normalisation, Options, Preconditioner, SubProblem};
 pub use redistance::{KnownDistances, RedistanceOptions, RedistanceReport, redistance};
@@ -95,3 +96,4 @@ pub use refine_levels::refine_levels;
 pub use report::{Errors, Iteration, Report, StoppingRule, SubProblemEnd};
 pub use sampson::sampson_distances;
 pub use sides::Sides;
+pub use twicing::{Increment, twice};

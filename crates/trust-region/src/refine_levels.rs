@@ -43,14 +43,7 @@ pub fn refine_levels<const D: usize>(
     let holdout = if options.noise.is_some() { 0.0 } else { options.holdout };
     let held = held_out(points, holdout, options.seed);
     let normals = &sides.normals;
-    let weighted = |wanted: &dyn Fn(usize) -> bool| {
-        let chosen: Vec<usize> = (0..points.len()).filter(|i| wanted(*i)).collect();
-        Weighted {
-            points: chosen.iter().map(|i| points[*i]).collect(),
-            roots: chosen.iter().map(|i| areas[*i].sqrt()).collect(),
-            normals: if normals.is_empty() { vec![] } else { chosen.iter().map(|i| normals[*i]).collect() },
-        }
-    };
+    let weighted = |wanted: &dyn Fn(usize) -> bool| weighted(points, &areas, normals, wanted);
     let (fitted, judge) = (weighted(&|i| !held[i]), Judge::new(weighted(&|i| held[i])));
     let held_out_points = points.len() - fitted.points.len();
     let energy = energy_of(&dense, options)?;
@@ -66,10 +59,9 @@ pub fn refine_levels<const D: usize>(
         Refined { spline, levels: levels_with_all, .. } = cascade.run(&dense, band, Guidance::Found(&found))?;
     }
 
-    let at = spline.evaluate(points, Derivatives::Gradient);
-    let norms: Vec<f64> = at.gradients.iter().map(|g| dot(g, g).sqrt()).collect();
+    let (spline, norms) = of_mean_slope_one(&spline, points)?;
     let mean = norms.iter().sum::<f64>() / norms.len() as f64;
-    let spline = spline.scaled(1.0 / mean)?;
+    let noise_length = cascade.noise_length();
     let report = LevelsReport {
         fitted_points: points.len() - held_out_points,
         held_out_points,
@@ -79,9 +71,38 @@ pub fn refine_levels<const D: usize>(
         levels,
         levels_with_all,
         held_places: sides.places.len(),
+        noise_length,
+        mean_slope: mean,
+        twicings: vec![],
         floored: norms.iter().filter(|n| **n < options.gradient_floor).count(),
     };
     Ok((spline, report))
+}
+
+/// Some of the points, with the roots of their areas, and their normals if there are any.
+pub(crate) fn weighted<const D: usize>(
+    points: &[[f64; D]],
+    areas: &[f64],
+    normals: &[[f64; D]],
+    wanted: &dyn Fn(usize) -> bool,
+) -> Weighted<D> {
+    let chosen: Vec<usize> = (0..points.len()).filter(|i| wanted(*i)).collect();
+    Weighted {
+        points: chosen.iter().map(|i| points[*i]).collect(),
+        roots: chosen.iter().map(|i| areas[*i].sqrt()).collect(),
+        normals: if normals.is_empty() { vec![] } else { chosen.iter().map(|i| normals[*i]).collect() },
+    }
+}
+
+/// The function times what makes `‖∇f‖` average 1 at the points, with `‖∇f‖` there before.
+pub(crate) fn of_mean_slope_one<const D: usize>(
+    f: &HierarchicalSpline<D>,
+    points: &[[f64; D]],
+) -> Result<(HierarchicalSpline<D>, Vec<f64>), LevelError> {
+    let at = f.evaluate(points, Derivatives::Gradient);
+    let norms: Vec<f64> = at.gradients.iter().map(|g| dot(g, g).sqrt()).collect();
+    let mean = norms.iter().sum::<f64>() / norms.len() as f64;
+    Ok((f.scaled(1.0 / mean)?, norms))
 }
 
 /// What its smoothness costs.

@@ -1,8 +1,8 @@
 //! Refinement level by level.
 
-use zeroset_bspline::{CellBand, DerivativeEnergy, Derivatives, KnotVector, Spline};
+use zeroset_bspline::{CellBand, DerivativeEnergy, Derivatives, HierarchicalSpline, KnotVector, Spline};
 use zeroset_trust_region::{
-    Error, LevelError, LevelOptions, LevelsReport, Normalisation, Options, Sides, refine, refine_levels,
+    Error, LevelError, LevelOptions, LevelsReport, Normalisation, Options, Sides, refine, refine_levels, twice,
 };
 
 /// Points of a flower with five leaves, displaced from its centre by noise of a standard deviation.
@@ -249,6 +249,60 @@ fn a_fit_of_noise_leaves_less_than_the_noise() {
     let smallest = 1.5 * shorter;
     let (length, _) = run(&LevelOptions { smallest_smoothing_length: smallest, ..options });
     assert_eq!(length, smallest);
+}
+
+#[test]
+fn twicing_gives_back_what_smoothing_flattens() {
+    // Noise of a sixth of the small leaves' height, and as large as half the distance of neighbouring points.
+    let (count, noise) = (1000, 0.0015);
+    let points = flower(count, noise);
+    let (initial, _) = initial(&points, 0.01);
+    let band = CellBand::new(initial.knots(), &points, &vec![3; points.len()], [3, 3]).unwrap();
+    let options = LevelOptions {
+        density: 350.0,
+        smoothing_length: 0.04,
+        third_order: Some(1.0),
+        noise: Some(noise),
+        ..LevelOptions::default()
+    };
+    let (f, report) = refine_levels(&points, None, None, &initial, &band, &options).unwrap();
+    assert!(report.noise_length.is_some() && report.twicings.is_empty());
+    let sides = Sides::default();
+    let run = |f, report, options| twice(&points, None, &sides, (f, report), &band, options).unwrap();
+    let increment = run(&f, &report, &options).unwrap();
+    let [first, second] = increment.twicings() else { panic!("{:?}", increment.twicings()) };
+    // Beside what is left of the leaves noise is small; and less of both is left the second time.
+    assert!(first.moved_rms > 5.0 * first.noise_rms && first.kept > 0.5, "{first:?}");
+    assert!(second.moved_rms < 0.5 * first.moved_rms && second.noise_rms < first.noise_rms, "{second:?}");
+    let closer = increment.added_to(&f, |_| 1.0, &points).unwrap();
+    assert!(error(&closer) < 0.75 * error(&f), "{:e} {:e}", error(&closer), error(&f));
+
+    // Where a share is zero the function stays as it is, up to its scale.
+    let right = increment.added_to(&f, |at| f64::from(at[0] > 0.0), &points).unwrap();
+    let values = |spline: &HierarchicalSpline<2>, x| spline.value(&[x, 0.1]);
+    let scale = values(&right, -0.3) / values(&f, -0.3);
+    for x in [-0.45, -0.4, -0.35] {
+        // Rounding of sums of sixteen products.
+        assert!((values(&right, x) - scale * values(&f, x)).abs() < 1e-12, "{x}");
+    }
+    let change = values(&right, 0.35) - values(&closer, 0.35) * values(&right, 0.4) / values(&closer, 0.4);
+    assert!(change.abs() < 1e-12, "{change:e}");
+
+    // On a circle there is nothing but noise, of which hardly anything is added.
+    let clean = flower(count, 0.0);
+    let round = |(noisy, clean): (&[f64; 2], &[f64; 2])| {
+        let radius = clean[0].hypot(clean[1]);
+        [0, 1].map(|axis| 0.38 * clean[axis] / radius + noisy[axis] - clean[axis])
+    };
+    let points: Vec<[f64; 2]> = points.iter().zip(&clean).map(round).collect();
+    let options = LevelOptions { density: count as f64 / (0.38 * std::f64::consts::TAU), ..options };
+    let (f, report) = refine_levels(&points, None, None, &initial, &band, &options).unwrap();
+    let increment = twice(&points, None, &sides, (&f, &report), &band, &options).unwrap().unwrap();
+    assert!(increment.twicings()[0].kept < 0.1, "{:?}", increment.twicings());
+
+    // Where noise is not known nothing is done.
+    let options = LevelOptions { noise: None, ..options };
+    assert!(twice(&points, None, &sides, (&f, &report), &band, &options).unwrap().is_none());
 }
 
 #[test]
