@@ -35,7 +35,7 @@ pub fn fragile<const D: usize>(
     spacing: f64,
     frame: &Frame<D>,
 ) -> Vec<FragilePlace> {
-    let mut found = f.critical_points(OF_NOISE * noise + OF_SPACING * spacing);
+    let mut found = f.critical_points(reach(noise, spacing));
     found.sort_by(|a, b| a.value.abs().total_cmp(&b.value.abs()));
     found.truncate(LISTED);
     let in_data = |point: &zeroset_bspline::CriticalPoint<D>| FragilePlace {
@@ -44,6 +44,11 @@ pub fn fragile<const D: usize>(
         index: point.index,
     };
     found.iter().map(in_data).collect()
+}
+
+/// How far from zero the points cannot tell the side.
+pub fn reach(noise: f64, spacing: f64) -> f64 {
+    OF_NOISE * noise + OF_SPACING * spacing
 }
 
 /// Whether the topology of f hangs on little where it is not that of the initial shape.

@@ -87,6 +87,7 @@ mod support;
 mod thinning;
 mod topology_changes;
 mod trust;
+mod twicing;
 mod volume;
 
 pub use calibration::DistanceFigures;

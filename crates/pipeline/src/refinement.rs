@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 
 use ndarray::ArrayD;
 use tracing::debug;
-use zeroset_bspline::{CellBand, HierarchicalSpline, Spline, levels_for_spacing};
+use zeroset_bspline::{CellBand, HierarchicalSpline, Implicit, Spline, levels_for_spacing};
 use zeroset_trust_region as trust_region;
 use zeroset_watch::CancelToken;
 
@@ -15,7 +15,7 @@ use crate::normals::normals;
 use crate::report::StageFigures;
 use crate::spacing::Spacing;
 use crate::strays::{Stray, strays};
-use crate::topology_changes::topology_changes;
+use crate::topology_changes::{TopologyChange, topology_changes};
 
 /// Cells on the finest level, in spacings of the points there. (Finer ones bring less than they cost; with three quarters Chamfer
 /// distances of clean data were 3 to 5 % larger.)
@@ -156,8 +156,8 @@ pub fn is_deep(noise: f64, spacing: &Spacing) -> bool {
 }
 
 /// A refined function with its figures.
-type Function<const D: usize> = (HierarchicalSpline<D>, StageFigures);
-type Refined<const D: usize> = Result<Function<D>, ReconstructError>;
+pub type Function<const D: usize> = (HierarchicalSpline<D>, StageFigures);
+pub type Refined<const D: usize> = Result<Function<D>, ReconstructError>;
 
 impl<const D: usize> Refinement<'_, D> {
     /// Level by level where there is a band, otherwise as the paper does it. Also says which points were not fitted in the end.
@@ -210,7 +210,7 @@ impl<const D: usize> Refinement<'_, D> {
             }
             refined = self.on_levels(initial, band, &sides, &areas, self.noise)?;
         }
-        Ok((refined, stray))
+        Ok((self.twiced(refined, &sides, &areas)?, stray))
     }
 
     fn is_noisy(&self) -> bool {
@@ -255,15 +255,20 @@ impl<const D: usize> Refinement<'_, D> {
     /// Where the refined function has another topology than the initial shape by mistake, with the latter's values. What joins and
     /// parts there does so between the points, of which f̂ knows the sides, while the refined function only has to vanish at them.
     fn changes(&self, initial: &Spline<D>, refined: &HierarchicalSpline<D>) -> Vec<([f64; D], f64)> {
+        let found = self.topology_changes(initial, refined);
+        let mistaken = found.into_iter().filter(|change| change.clearness() < CLEARLY);
+        mistaken.flat_map(|change| change.places.into_iter().zip(change.before)).collect()
+    }
+
+    /// Where one function near the points has another topology than the one before.
+    pub fn topology_changes(&self, before: &impl Implicit<D>, after: &impl Implicit<D>) -> Vec<TopologyChange<D>> {
         // What is looked at is to stay in proportion to the points, however uneven they are: the surface has the area of as many
         // squares of the spacing's root mean square.
         let squares = self.spacing.local.iter().map(|s| s * s).sum::<f64>();
         let spacing = (squares / self.points.len() as f64).sqrt();
         let cell = self.domain.spacing(self.halvings);
         let near = |index: [usize; D]| self.distance[&index[..]] < CHANGES * spacing.max(cell);
-        let found = topology_changes(initial, refined, self.domain, self.halvings, near, spacing);
-        let mistaken = found.into_iter().filter(|change| change.clearness() < CLEARLY);
-        mistaken.flat_map(|change| change.places.into_iter().zip(change.before)).collect()
+        topology_changes(before, after, self.domain, self.halvings, near, spacing)
     }
 
     /// Level by level. For cubics.
@@ -275,6 +280,14 @@ impl<const D: usize> Refinement<'_, D> {
         areas: &[f64],
         noise: f64,
     ) -> Refined<D> {
+        let settings = self.level_options(noise);
+        let (spline, report) =
+            trust_region::refine_levels(self.points, Some(areas), Some(sides), initial, band, &settings)?;
+        Ok((spline, StageFigures::Refinement(report)))
+    }
+
+    /// Settings for the levels and for points with so much noise.
+    pub fn level_options(&self, noise: f64) -> trust_region::LevelOptions {
         let (spacing, cell) = (self.spacing.typical, self.domain.spacing(self.halvings));
         let deep = is_deep(self.noise, self.spacing);
         let noise = self.is_noisy().then_some(noise);
@@ -315,9 +328,7 @@ impl<const D: usize> Refinement<'_, D> {
             settings.smallest_smoothing_length = length;
             (settings.noise, settings.holdout) = (None, 0.0);
         }
-        let (spline, report) =
-            trust_region::refine_levels(self.points, Some(areas), Some(sides), initial, band, &settings)?;
-        Ok((spline, StageFigures::Refinement(report)))
+        settings
     }
 
     /// On the lattice of the initial shape, as the paper does it. For any degree.
