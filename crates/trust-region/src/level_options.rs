@@ -282,7 +282,7 @@ mod tests {
                 assert!((found - (1.0 - sum)).abs() < 1e-3, "{third_order:?} {dimension}: {found} {sum}");
             }
         }
-        // Twicing a flat set: by the same rule, without what cannot be seen above.
+        // What a fit smooths out of noise of which something is left already, by the same rule.
         for (third_order, c, q) in [(None, 4.0, 3), (Some(1.0), 16.0 / 3.0, 5)] {
             let options = LevelOptions { density: 3.0, third_order, ..LevelOptions::default() };
             let sum = |measure: &dyn Fn(f64) -> f64| -> f64 {

@@ -59,8 +59,7 @@ pub fn refine_levels<const D: usize>(
         Refined { spline, levels: levels_with_all, .. } = cascade.run(&dense, band, Guidance::Found(&found))?;
     }
 
-    let (spline, norms) = of_mean_slope_one(&spline, points)?;
-    let mean = norms.iter().sum::<f64>() / norms.len() as f64;
+    let (spline, mean_slope, norms) = of_mean_slope_one(&spline, points)?;
     let noise_length = cascade.noise_length();
     let report = LevelsReport {
         fitted_points: points.len() - held_out_points,
@@ -72,7 +71,7 @@ pub fn refine_levels<const D: usize>(
         levels_with_all,
         held_places: sides.places.len(),
         noise_length,
-        mean_slope: mean,
+        mean_slope,
         twicings: vec![],
         floored: norms.iter().filter(|n| **n < options.gradient_floor).count(),
     };
@@ -94,15 +93,15 @@ pub(crate) fn weighted<const D: usize>(
     }
 }
 
-/// The function times what makes `‖∇f‖` average 1 at the points, with `‖∇f‖` there before.
+/// The function divided by the mean of `‖∇f‖` at the points, with that mean and all of which it is the mean.
 pub(crate) fn of_mean_slope_one<const D: usize>(
     f: &HierarchicalSpline<D>,
     points: &[[f64; D]],
-) -> Result<(HierarchicalSpline<D>, Vec<f64>), LevelError> {
+) -> Result<(HierarchicalSpline<D>, f64, Vec<f64>), LevelError> {
     let at = f.evaluate(points, Derivatives::Gradient);
     let norms: Vec<f64> = at.gradients.iter().map(|g| dot(g, g).sqrt()).collect();
     let mean = norms.iter().sum::<f64>() / norms.len() as f64;
-    Ok((f.scaled(1.0 / mean)?, norms))
+    Ok((f.scaled(1.0 / mean)?, mean, norms))
 }
 
 /// What its smoothness costs.
