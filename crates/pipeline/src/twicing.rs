@@ -2,7 +2,7 @@
 
 use kiddo::SquaredEuclidean;
 use tracing::debug;
-use zeroset_bspline::HierarchicalSpline;
+use zeroset_bspline::{HierarchicalSpline, Level};
 use zeroset_trust_region as trust_region;
 
 use crate::fragile;
@@ -10,8 +10,8 @@ use crate::kd_tree::tree_of;
 use crate::refinement::{Function, Refined, Refinement};
 use crate::report::StageFigures;
 
-/// Nothing is added within so many smoothing lengths of a place where the topology hangs on little, or would change or do so with it,
-/// and all of it from twice that on.
+/// Nothing is added within so many smoothing lengths, or cells if those are longer, of a place where the topology hangs on little, or
+/// would change or do so with it, and all of it from twice that on: functions reach two cells.
 const AWAY: f64 = 3.0;
 /// Such places are looked for so often. If there are some even then, nothing is added anywhere.
 const ROUNDS: usize = 4;
@@ -19,16 +19,18 @@ const ROUNDS: usize = 4;
 const SAFE: f64 = 1.25;
 
 impl<const D: usize> Refinement<'_, D> {
-    /// A function with what [`trust_region::twice`] adds to it, where noise has decided how smooth it is.
+    /// A function with what [`trust_region::twice`] adds to it, where noise has decided how smooth it is. Not in the plane: along a curve a
+    /// few ℓ hold two or three independent numbers, too few to tell shape from noise.
     pub fn twiced(&self, (f, figures): Function<D>, sides: &trust_region::Sides<D>, areas: &[f64]) -> Refined<D> {
-        let (StageFigures::Refinement(report), Some(band), false) = (&figures, self.band, self.cancel.is_cancelled())
-        else {
+        let wanted = D == 3 && !self.cancel.is_cancelled();
+        let (StageFigures::Refinement(report), Some(band), true) = (&figures, self.band, wanted) else {
             return Ok((f, figures));
         };
         let options = self.level_options(self.noise);
         let increment = trust_region::twice(self.points, Some(areas), sides, (&f, report), band, &options)?;
         let (Some(increment), Some(length)) = (increment, report.noise_length) else { return Ok((f, figures)) };
-        let reach = AWAY * length;
+        let cell = f.levels().last().map_or(self.domain.spacing(self.halvings), Level::cell_side);
+        let reach = AWAY * length.max(cell);
         let known = self.hanging(&f);
         let is_new = beyond(reach, &known);
         let closer = where_harmless(
