@@ -23,6 +23,8 @@ const DOUBT: f64 = 3.0;
 const AROUND: f64 = 4.0;
 /// But on no more cells than these along an axis.
 const MOST_CELLS: f64 = 128.0;
+/// So many points are collocated at once, each with half a kilobyte.
+const AT_ONCE: usize = 1 << 15;
 /// The mean over all points counts as much as this share of a full cell, and alone where there are no points.
 const ELSEWHERE: f64 = 1e-3;
 
@@ -176,20 +178,29 @@ impl<const D: usize> Moved<D> {
             // One cell more: rounding.
             *knots = KnotVector::uniform(2, knots.domain().0, cell, (side / cell) as usize + 1)?;
         }
-        let collocation = Collocation::new(&lattice, &self.points).map_err(Error::from)?;
-        let per_cell = density * cell.powi(D as i32 - 1);
-        let near = |amounts: &[f64]| -> Result<Vec<f64>, LevelError> {
-            let mean = amounts.iter().sum::<f64>() / amounts.len().max(1) as f64;
-            let mut sums = vec![ELSEWHERE * per_cell * mean; collocation.coefficient_count()];
-            collocation.add_values_transposed(amounts, &mut sums);
-            let sums = Spline::from_flat(lattice.clone(), sums).map_err(Error::from)?;
-            Ok(sums.evaluate(centres, Derivatives::Value).values)
-        };
         // Where all points have the weight a, so has the variance.
         let noise: Vec<f64> = self.areas.iter().map(|a| a * a * variance).collect();
         let squares: Vec<f64> = self.areas.iter().zip(&self.distances).map(|(a, d)| a * d * d).collect();
+        let functions = lattice.iter().map(KnotVector::basis_count).product();
+        let per_cell = density * cell.powi(D as i32 - 1);
+        let mut sums = [&noise, &squares].map(|amounts| {
+            let mean = amounts.iter().sum::<f64>() / amounts.len().max(1) as f64;
+            vec![ELSEWHERE * per_cell * mean; functions]
+        });
+        for start in (0..self.points.len()).step_by(AT_ONCE) {
+            let part = start..self.points.len().min(start + AT_ONCE);
+            let collocation = Collocation::new(&lattice, &self.points[part.clone()]).map_err(Error::from)?;
+            for (amounts, sums) in [&noise, &squares].into_iter().zip(&mut sums) {
+                collocation.add_values_transposed(&amounts[part.clone()], sums);
+            }
+        }
+        let near = |sums: Vec<f64>| -> Result<Vec<f64>, LevelError> {
+            let sums = Spline::from_flat(lattice.clone(), sums).map_err(Error::from)?;
+            Ok(sums.evaluate(centres, Derivatives::Value).values)
+        };
+        let [noise, squares] = sums;
         let kept = |(noise, squares): (f64, f64)| (1.0 - DOUBT * noise / squares.max(f64::MIN_POSITIVE)).max(0.0);
-        Ok(near(&noise)?.into_par_iter().zip(near(&squares)?).with_min_len(CHUNK).map(kept).collect())
+        Ok(near(noise)?.into_par_iter().zip(near(squares)?).with_min_len(CHUNK).map(kept).collect())
     }
 }
 
