@@ -6,6 +6,7 @@
 use ndarray::ArrayD;
 
 use crate::domain::{Domain, multi_index};
+use crate::ramp::ramp;
 
 /// The data alone speak within so many spacings (or cells, if those are larger) of them.
 const REACH: f64 = 0.7;
@@ -32,8 +33,7 @@ pub fn stiffness<const D: usize>(
             // The node nearest to the middle of the basis function's support, within the box.
             let node: [usize; D] =
                 std::array::from_fn(|axis| index[axis].saturating_sub((degree - 1) / 2).min(cells[axis]));
-            let t = (distance[&node[..]] / reach - 1.0).clamp(0.0, 1.0);
-            full * t * t * (3.0 - 2.0 * t)
+            full * ramp(distance[&node[..]], reach)
         })
         .collect()
 }

@@ -70,6 +70,7 @@ mod one_sided;
 mod options;
 mod oriented;
 mod point;
+mod ramp;
 mod reconstruct;
 mod redistancing;
 mod refinement;

@@ -7,6 +7,7 @@ use zeroset_trust_region as trust_region;
 
 use crate::fragile;
 use crate::kd_tree::tree_of;
+use crate::ramp::ramp;
 use crate::refinement::{Function, Refined, Refinement};
 use crate::report::StageFigures;
 
@@ -80,9 +81,8 @@ fn beyond<const D: usize>(reach: f64, places: &[[f64; D]]) -> impl Fn(&[f64; D])
     let tree = (!places.is_empty()).then(|| tree_of(places));
     move |at| {
         let Some(tree) = &tree else { return 1.0 };
-        let distance = tree.query(at).nearest_one::<SquaredEuclidean<f64>>().execute().distance.sqrt();
-        let t = (distance / reach - 1.0).clamp(0.0, 1.0);
-        t * t * (3.0 - 2.0 * t)
+        let nearest = tree.query(at).nearest_one::<SquaredEuclidean<f64>>().execute();
+        ramp(nearest.distance.sqrt(), reach)
     }
 }
 

@@ -35,7 +35,7 @@ pub struct Increment<const D: usize> {
     /// Where the active functions are largest.
     centres: Vec<[f64; D]>,
     coefficients: Vec<f64>,
-    /// Mean of `‖∇f‖` of the function that the coefficients are for.
+    /// The coefficients are for a function so many times as steep.
     slope: f64,
     twicings: Vec<Twicing>,
 }
@@ -127,12 +127,12 @@ impl<const D: usize> Increment<D> {
         share: impl Fn(&[f64; D]) -> f64 + Sync,
         points: &[[f64; D]],
     ) -> Result<HierarchicalSpline<D>, LevelError> {
-        let mut f = f.scaled(self.slope)?;
         let both = self.coefficients.par_iter().zip(&self.centres).with_min_len(CHUNK);
-        let added: Vec<f64> = both.map(|(c, centre)| share(centre) * c).collect();
+        let added: Vec<f64> = both.map(|(c, centre)| share(centre) * c / self.slope).collect();
         let spline = match f.levels().last() {
             Some(level) => {
                 let corrections = level.corrections().iter().zip(&added).map(|(old, new)| old + new).collect();
+                let mut f = f.clone();
                 f.correct_finest(corrections)?;
                 f
             }
@@ -155,10 +155,14 @@ pub(crate) struct Moved<const D: usize> {
 }
 
 impl<const D: usize> Moved<D> {
+    /// Squares of the distances, with the points' weights.
+    fn squares(&self) -> Vec<f64> {
+        self.areas.iter().zip(&self.distances).map(|(a, d)| a * d * d).collect()
+    }
+
     /// Root mean square.
     fn rms(&self) -> f64 {
-        let sum: f64 = self.areas.iter().zip(&self.distances).map(|(a, d)| a * d * d).sum();
-        (sum / self.areas.iter().sum::<f64>()).sqrt()
+        (self.squares().iter().sum::<f64>() / self.areas.iter().sum::<f64>()).sqrt()
     }
 
     /// `max(0, 1 − 3 v/T)` at each of the centres, where T is the mean of the squared distances near by and v what it
@@ -171,37 +175,53 @@ impl<const D: usize> Moved<D> {
         length: f64,
         variance: f64,
     ) -> Result<Vec<f64>, LevelError> {
-        let sides = level.knots().each_ref().map(|knots| knots.domain().1 - knots.domain().0);
-        let cell = sides.iter().fold(AROUND * length, |cell, side| cell.max(side / MOST_CELLS));
-        let mut lattice = level.knots().clone();
-        for (knots, side) in lattice.iter_mut().zip(sides) {
-            // One cell more: rounding.
-            *knots = KnotVector::uniform(2, knots.domain().0, cell, (side / cell) as usize + 1)?;
-        }
+        let (lattice, cell) = around(level, length)?;
         // Where all points have the weight a, so has the variance.
         let noise: Vec<f64> = self.areas.iter().map(|a| a * a * variance).collect();
-        let squares: Vec<f64> = self.areas.iter().zip(&self.distances).map(|(a, d)| a * d * d).collect();
-        let functions = lattice.iter().map(KnotVector::basis_count).product();
-        let per_cell = density * cell.powi(D as i32 - 1);
-        let mut sums = [&noise, &squares].map(|amounts| {
-            let mean = amounts.iter().sum::<f64>() / amounts.len().max(1) as f64;
-            vec![ELSEWHERE * per_cell * mean; functions]
-        });
-        for start in (0..self.points.len()).step_by(AT_ONCE) {
-            let part = start..self.points.len().min(start + AT_ONCE);
-            let collocation = Collocation::new(&lattice, &self.points[part.clone()]).map_err(Error::from)?;
-            for (amounts, sums) in [&noise, &squares].into_iter().zip(&mut sums) {
-                collocation.add_values_transposed(&amounts[part.clone()], sums);
-            }
-        }
+        let elsewhere = ELSEWHERE * density * cell.powi(D as i32 - 1);
         let near = |sums: Vec<f64>| -> Result<Vec<f64>, LevelError> {
             let sums = Spline::from_flat(lattice.clone(), sums).map_err(Error::from)?;
             Ok(sums.evaluate(centres, Derivatives::Value).values)
         };
-        let [noise, squares] = sums;
+        let [noise, squares] = self.summed([&noise, &self.squares()], &lattice, elsewhere)?;
         let kept = |(noise, squares): (f64, f64)| (1.0 - DOUBT * noise / squares.max(f64::MIN_POSITIVE)).max(0.0);
         Ok(near(noise)?.into_par_iter().zip(near(squares)?).with_min_len(CHUNK).map(kept).collect())
     }
+
+    /// What there is of two amounts of the points in the support of each of a lattice's functions, with so many points of the mean
+    /// amount beside.
+    fn summed(
+        &self,
+        amounts: [&[f64]; 2],
+        lattice: &[KnotVector; D],
+        elsewhere: f64,
+    ) -> Result<[Vec<f64>; 2], LevelError> {
+        let functions = lattice.iter().map(KnotVector::basis_count).product();
+        let mut sums = amounts.map(|amounts| {
+            let mean = amounts.iter().sum::<f64>() / amounts.len().max(1) as f64;
+            vec![elsewhere * mean; functions]
+        });
+        for start in (0..self.points.len()).step_by(AT_ONCE) {
+            let part = start..self.points.len().min(start + AT_ONCE);
+            let collocation = Collocation::new(lattice, &self.points[part.clone()]).map_err(Error::from)?;
+            for (amounts, sums) in amounts.iter().zip(&mut sums) {
+                collocation.add_values_transposed(&amounts[part.clone()], sums);
+            }
+        }
+        Ok(sums)
+    }
+}
+
+/// The lattice of the functions by which means are taken in a level's box, with its cells' side.
+fn around<const D: usize>(level: &Level<D>, length: f64) -> Result<([KnotVector; D], f64), LevelError> {
+    let sides = level.knots().each_ref().map(|knots| knots.domain().1 - knots.domain().0);
+    let cell = sides.iter().fold(AROUND * length, |cell, side| cell.max(side / MOST_CELLS));
+    let mut lattice = level.knots().clone();
+    for (knots, side) in lattice.iter_mut().zip(sides) {
+        // One cell more: rounding.
+        *knots = KnotVector::uniform(2, knots.domain().0, cell, (side / cell) as usize + 1)?;
+    }
+    Ok((lattice, cell))
 }
 
 /// Where the active functions of a level are largest.
