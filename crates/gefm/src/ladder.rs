@@ -7,17 +7,19 @@
 //! where the referee doubts all that there is, since p = 1 cannot leave a bad start.
 
 use tracing::debug;
-use zeroset_bspline::{Derivatives, KnotVector, Spline};
+use zeroset_bspline::{Collocation, Derivatives, KnotVector, Spline};
 
 use crate::error::GefmError;
+use crate::fit::normalise;
 use crate::ladder_options::{KnownNormals, LadderOptions};
-use crate::ladder_report::{Candidate, LadderReport, Start};
+use crate::ladder_report::{Candidate, LadderReport, Start, UnitNormals};
 use crate::noise::{LAYERED, layers, noise_deviation};
 use crate::patches::Patches;
 use crate::pulled_points::Found;
 use crate::referee::Referee;
 use crate::rung::Rung;
 use crate::third_order::{ThirdOrder, held};
+use crate::unit_normals::NormalEnergy;
 use crate::verdict::{RANDOM, Verdict};
 
 /// The best so far.
@@ -118,6 +120,15 @@ const HELD: f64 = 0.8;
 /// Fairness of third order is for lattices with no more coefficients, for its matrix is factored.
 pub const MOST_FACTORED: usize = 15_000;
 
+/// Unit normals of least energy are sought for no more points: of so many the matrices take a tenth of a gigabyte, and seconds.
+pub const MOST_UNIT_NORMALS: usize = 1000;
+/// With a smoothing length of so many spacings.
+const UNIT_RATIO: f64 = 0.2;
+/// Their function is taken on the base lattice after so many halvings.
+const UNIT_HALVINGS: u32 = 2;
+/// The eigenvector's are taken where their energy is less than this share of that of the leader's.
+const LOWER: f64 = 0.97;
+
 struct Ladder<'a, const D: usize> {
     points: &'a [[f64; D]],
     areas: &'a [f64],
@@ -140,6 +151,9 @@ impl<const D: usize> Ladder<'_, D> {
     /// there is something that wider ones did not get.
     fn worth_climbing(&self, halvings: u32) -> bool {
         let Some(leader) = &self.leader else { return true };
+        if self.report.unit_normals.as_ref().is_some_and(|found| found.taken) {
+            return false;
+        }
         if leader.verdict.score > self.options.hopeless {
             return false;
         }
@@ -281,7 +295,10 @@ impl<const D: usize> Ladder<'_, D> {
             score < self.options.content || (beyond_noise <= third_order.above && !layered && off <= few)
         };
         let is_law = matches!(self.options.normals, KnownNormals::Trust(_));
-        if is_law || rung.unknowns() > MOST_FACTORED || self.leader.as_ref().is_some_and(is_convinced) {
+        if is_law || self.leader.as_ref().is_some_and(is_convinced) {
+            return Ok(());
+        }
+        if self.search_unit_normals()? || rung.unknowns() > MOST_FACTORED {
             return Ok(());
         }
         let points = (self.points, self.areas);
@@ -294,6 +311,56 @@ impl<const D: usize> Ladder<'_, D> {
             }
         }
         Ok(())
+    }
+
+    /// Unit normals of least energy, from those of the leader and from the eigenvector, unless they were sought before; whether they are taken.
+    /// They are where the eigenvector's have less energy than the leader's came to, or where both agree and the leader's sides are as good as
+    /// random: their energy knows more of few points than winding numbers do.
+    fn search_unit_normals(&mut self) -> Result<bool, GefmError> {
+        let Some(leader) = &self.leader else { return Ok(false) };
+        if D != 3 || self.heard.len() > MOST_UNIT_NORMALS || self.report.unit_normals.is_some() {
+            return Ok(false);
+        }
+        self.options.cancel.check()?;
+        let of_heard = |all: Vec<[f64; D]>| self.heard.iter().map(|i| all[*i]).collect::<Vec<_>>();
+        let points = of_heard(self.points.to_vec());
+        let areas: Vec<f64> = self.heard.iter().map(|i| self.areas[*i]).collect();
+        let weight = self.options.third_order_weight(UNIT_RATIO);
+        let Some(energy) = NormalEnergy::new(&points, &areas, weight) else { return Ok(false) };
+        let (known, directions) = (of_heard(self.directions()), of_heard(self.away_from_centroid()));
+        let Some(found) = energy.least_from_two_starts(&known, &directions, &self.options.cancel)? else {
+            return Ok(false);
+        };
+        let mut report = UnitNormals {
+            from_leader: found.known.energy,
+            from_eigenvector: found.spectral.energy,
+            agreement: found.agreement(),
+            flux: found.flux(&areas),
+            taken: false,
+        };
+        debug!(?report, "unit normals");
+        let is_lower = report.from_eigenvector < LOWER * report.from_leader;
+        let leader_is_random = leader.verdict.beyond_noise > RANDOM;
+        if is_lower || (report.agree() && leader_is_random) {
+            let most = if report.agree() { f64::INFINITY } else { leader.verdict.beyond_noise.max(RANDOM) };
+            let mut knots = self.base.clone();
+            for _ in 0..UNIT_HALVINGS {
+                knots = knots.each_ref().map(KnotVector::halved);
+            }
+            let lower = found.lower();
+            let coefficients = energy.coefficients(&lower.vectors, &knots);
+            let unknowns = coefficients.len();
+            let trial = Trial { order: 3, halvings: UNIT_HALVINGS, unknowns, ratio: UNIT_RATIO };
+            let f = normalise(&Collocation::new(&knots, &points)?, &points, &areas, &knots, coefficients)?;
+            let other = self.assess((f, lower.evaluations), trial, Start::UnitNormals)?;
+            if self.is_held(&other.f) && other.verdict.beyond_noise <= most {
+                self.leader = Some(other);
+                report.taken = true;
+            }
+        }
+        let taken = report.taken;
+        self.report.unit_normals = Some(report);
+        Ok(taken)
     }
 
     /// Fits and judges; the score is infinite if the fit failed.
@@ -330,7 +397,28 @@ impl<const D: usize> Ladder<'_, D> {
     }
 
     fn judge(&mut self, found: Found<D>, trial: Trial, start: Start) -> Result<Verdict, GefmError> {
-        let (f, iterations) = found?;
+        let other = self.assess(found?, trial, start)?;
+        let verdict = other.verdict;
+        let is_usable = trial.order < 3 || (verdict.beyond_noise < HOPELESS && self.is_held(&other.f));
+        let is_better = is_usable
+            && match &self.leader {
+                Some(leader) if trial.ratio != leader.verdict.ratio => self.is_better(&verdict, &leader.verdict),
+                Some(leader) => verdict.score < leader.verdict.score + if start == self.next() { SLACK } else { 0.0 },
+                None => true,
+            };
+        if is_better {
+            self.leader = Some(other);
+        }
+        Ok(verdict)
+    }
+
+    /// Reports a candidate, with what the referee and its distances say of it.
+    fn assess(
+        &mut self,
+        (f, iterations): (Spline<D>, usize),
+        trial: Trial,
+        start: Start,
+    ) -> Result<Leader<D>, GefmError> {
         let (judgement, winding) = self.referee.judge(&f)?;
         let (Trial { order, halvings, unknowns, ratio }, score) = (trial, judgement.score);
         let noise = (score >= self.options.content).then(|| noise_deviation(&f, self.points) / self.options.spacing);
@@ -342,12 +430,6 @@ impl<const D: usize> Ladder<'_, D> {
         debug!(order, halvings, unknowns, ratio, ?start, iterations, score, noise, own_noise, off, layers, "candidate");
         let (beyond_noise, layered) = (judgement.beyond_noise(seen), layers.is_some_and(|layers| layers > LAYERED));
         let verdict = Verdict { score, beyond_noise, ratio, noise: seen, own_noise, off, layered };
-        let is_better = match &self.leader {
-            _ if order == 3 && !self.is_held(&f, &verdict) => false,
-            Some(leader) if ratio != leader.verdict.ratio => self.is_better(&verdict, &leader.verdict),
-            Some(leader) => score < leader.verdict.score + if start == self.next() { SLACK } else { 0.0 },
-            None => true,
-        };
         let index = self.report.candidates.len();
         self.report.candidates.push(Candidate {
             order,
@@ -360,18 +442,14 @@ impl<const D: usize> Ladder<'_, D> {
             off,
             judgement,
         });
-        if is_better {
-            let began = start == Start::Leader && self.leader.as_ref().is_some_and(|leader| leader.third_order);
-            let third_order = order == 3 || began;
-            self.leader = Some(Leader { f, index, verdict, winding, distances, third_order });
-        }
-        Ok(verdict)
+        let began = start == Start::Leader && self.leader.as_ref().is_some_and(|leader| leader.third_order);
+        Ok(Leader { f, index, verdict, winding, distances, third_order: order == 3 || began })
     }
 
-    /// Whether what third order found can be used.
-    fn is_held(&self, f: &Spline<D>, verdict: &Verdict) -> bool {
+    /// Whether the nodes on which the sign is read afterwards can hold what third order found.
+    fn is_held(&self, f: &Spline<D>) -> bool {
         let cell = self.options.third_order.as_ref().map(|third_order| third_order.cell);
-        verdict.beyond_noise < HOPELESS && cell.is_some_and(|cell| held(f, self.points, cell) >= HELD)
+        cell.is_some_and(|cell| held(f, self.points, cell) >= HELD)
     }
 
     /// Whether a candidate with another length is to be preferred.

@@ -14,6 +14,35 @@ pub enum Start {
     Leader,
     /// Normals known from elsewhere.
     Normals,
+    /// Unit normals with which the smoothest function has the least energy.
+    UnitNormals,
+}
+
+/// Two searches for unit normals with which the smoothest function has the least energy.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct UnitNormals {
+    /// The energy that was reached from the normals of the best candidate, in frame units,
+    pub from_leader: f64,
+    /// and from the eigenvector.
+    pub from_eigenvector: f64,
+    /// The share of the points at which both have about the same normal.
+    pub agreement: f64,
+    /// `‖Σ aᵢ nᵢ‖ / Σ aᵢ`: nothing of a closed surface, all of a flat sheet.
+    pub flux: f64,
+    /// Whether f̂ has these normals.
+    pub taken: bool,
+}
+
+/// Two searches agree where no more normals differ than one in a hundred,
+const AGREEMENT: f64 = 0.99;
+/// and they point in all directions: those of an open sheet agree as well, and tell nothing of an inside.
+const MOST_FLUX: f64 = 0.2;
+
+impl UnitNormals {
+    /// Whether both searches came to the same normals, as of a closed surface: then all sides were right.
+    pub fn agree(&self) -> bool {
+        self.agreement >= AGREEMENT && self.flux <= MOST_FLUX
+    }
 }
 
 /// One fit and what the referee said.
@@ -47,6 +76,8 @@ pub struct LadderReport {
     pub candidates: Vec<Candidate>,
     /// Index of the one that was chosen.
     pub chosen: usize,
+    /// The searches for unit normals, where few points asked for them.
+    pub unit_normals: Option<UnitNormals>,
 }
 
 impl LadderReport {
@@ -55,10 +86,16 @@ impl LadderReport {
         self.candidates.get(self.chosen)
     }
 
+    /// Whether f̂ has unit normals that were found from two starts.
+    pub fn has_agreed(&self) -> bool {
+        self.unit_normals.as_ref().is_some_and(|found| found.taken && found.agree())
+    }
+
     /// With the candidates of another ladder after its own, of which that one's is chosen.
     pub fn followed_by(mut self, other: Self) -> Self {
         self.chosen = self.candidates.len() + other.chosen;
         self.candidates.extend(other.candidates);
+        self.unit_normals = other.unit_normals.or(self.unit_normals);
         self
     }
 }

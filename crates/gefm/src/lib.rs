@@ -35,6 +35,7 @@
 //! **Not here.** Accuracy: the zero set follows the data only roughly, and far from the data the function may curl up.
 //! The stages after this one use nothing but its sign.
 
+mod descent;
 mod eigenvector_fit;
 mod error;
 mod fit;
@@ -50,10 +51,12 @@ mod orientation;
 mod p_continuation;
 mod patches;
 mod pulled_points;
+mod quasi_interpolation;
 mod referee;
 mod rung;
 mod third_order;
 mod tridiagonal;
+mod unit_normals;
 mod verdict;
 
 pub use eigenvector_fit::{EigenvectorIteration, EigenvectorOptions, EigenvectorReport, eigenvector_fit};
@@ -61,9 +64,9 @@ pub use error::GefmError;
 pub use fit::{Options, Report, fit};
 pub use gradient_form::area_vectors;
 pub use hermite_fit::{HermiteOptions, hermite_fit};
-pub use ladder::{MOST_FACTORED, climb};
+pub use ladder::{MOST_FACTORED, MOST_UNIT_NORMALS, climb};
 pub use ladder_options::{KnownNormals, LadderOptions, ThirdOrderOptions};
-pub use ladder_report::{Candidate, LadderReport, Start};
+pub use ladder_report::{Candidate, LadderReport, Start, UnitNormals};
 pub use lanczos::EigenpairSummary;
 pub use noise::{LAYERED, layers, noise_deviation};
 pub use normal_solver::NormalSolver;

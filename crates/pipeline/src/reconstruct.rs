@@ -29,7 +29,7 @@ use crate::refinement::{self, Refinement};
 use crate::report::{DistanceReport, FrameReport, InputReport, REPORT_VERSION, Report, StageFigures, StageReport};
 use crate::sides::{SPARSE, SideSearch, Sides};
 use crate::sign::{SignReport, synthesize};
-use crate::sign_field::sign_field;
+use crate::sign_field::{SignField, sign_field};
 use crate::spacing::Spacing;
 use crate::trust::{self, shape_name};
 use crate::volume::fill_volume;
@@ -178,7 +178,7 @@ pub(crate) fn road<const D: usize>(
     let name = if options.topology == Topology::Paper { "topology" } else { "ladder" };
     let (ground, sides) = road.stage(name, || beginning.sides(ground, heard, spacing))?;
     let Ground { lattices: Lattices { domain, halvings, levels }, band, mut memory } = ground;
-    let Sides { f_hat, calibration, ratio, noise, strays, points: heard, spacing, few, .. } = sides;
+    let Sides { f_hat, calibration, ratio, noise, agreed, strays, points: heard, spacing, few, .. } = sides;
     if strays.len() == distinct.len() {
         // All were heard in the end.
         outliers.fill(false);
@@ -226,14 +226,18 @@ pub(crate) fn road<const D: usize>(
     let reach = 1.5 * cell.max(spacing.typical) + cell;
     let mut no_room = false;
     let (phi, off) = road.stage("sign", || {
-        let mut field = sign_field(&f_hat, few, few_spacing, &domain, halvings, &distance, calibration)?;
+        let mut field = match agreed {
+            true => SignField::of(&f_hat, &domain, halvings),
+            false => sign_field(&f_hat, few, few_spacing, &domain, halvings, &distance, calibration)?,
+        };
         let (mut phi, mut report) = synthesize(&field, &distance, reach);
         let mut places = crossings(&field.value, &phi, &nodes);
         let closeness = Closeness { points: &heard, local: &spacing.local, detail: cell.max(smoothed), noise };
         let off = closeness.off_the_surface(&places);
         let sites = kept(sites, &off);
-        // What is left open needs no filling, and where noise is deep what is far from all points may well be f̂'s mistake.
-        if !options.open && noise < FILLABLE_NOISE * spacing.typical {
+        // What is left open needs no filling, nor does what has third derivatives already, and where noise is deep what is far from all points
+        // may well be f̂'s mistake.
+        if !options.open && !agreed && noise < FILLABLE_NOISE * spacing.typical {
             let (guide, lattice) = ((&f_hat, ratio), (&domain, halvings));
             match fill_holes(&mut field, &places, &sites, guide, lattice, &memory)? {
                 Filling::Filled(nodes_filled) => {
@@ -309,7 +313,7 @@ pub(crate) fn road<const D: usize>(
         spline = road.stage("redistancing", || settings.run(spline))?;
     }
     let distance = distance_figures(&spline, &domain, halvings, &distance, (few, fitted_spacing.typical));
-    let (warning, mut doubt) = trust::verdict::<D>(&trust, options.open);
+    let (warning, mut doubt) = trust::verdict::<D>(&trust, options.open, agreed);
     if doubt.is_none() && fill_volume(&fitted) {
         let (shape, body) = (shape_name(D), if D == 2 { "an area" } else { "a volume" });
         doubt = Some(format!(
@@ -453,7 +457,9 @@ impl<const D: usize> Beginning<'_, D> {
             Ok((self.sides_on(&ground, self.distinct.to_vec(), spacing, sides.score)?, ground))
         };
         match of_all() {
-            Ok(((other, figures), all)) if other.score < sides.score => Ok(((all, other), figures)),
+            Ok(((other, figures), all)) if (other.agreed, sides.score) > (sides.agreed, other.score) => {
+                Ok(((all, other), figures))
+            }
             Err(error) if error.is_cancelled() => Err(error),
             _ => Ok(((ground, sides), figures)),
         }

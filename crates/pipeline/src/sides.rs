@@ -67,6 +67,8 @@ pub struct Sides<const D: usize> {
     pub noise: f64,
     /// The referee's score of f̂, without what such noise adds.
     pub score: f64,
+    /// Whether f̂ has unit normals of least energy that were found from two starts: then it knows more than winding numbers do.
+    pub agreed: bool,
     /// Which of the points are strays.
     pub strays: Vec<bool>,
     /// The others,
@@ -123,6 +125,7 @@ impl<const D: usize> SideSearch<'_, D> {
                 ((fit, few), chosen) = (found, Choice::Even(MORE));
             }
             let Fit { f_hat, calibration, ratio, score, figures, .. } = fit;
+            let agreed = matches!(&figures, StageFigures::Ladder(report) if report.has_agreed());
             let noise = gefm::noise_deviation(&f_hat, &points);
             let left_out = known + all - points.len();
             let found = LeaveOneOut::new(&points, &spacing).strays(&normals(&f_hat, &points, FLAT), noise, left_out);
@@ -135,7 +138,10 @@ impl<const D: usize> SideSearch<'_, D> {
             }
             if score >= self.to_beat || too_many || round == ROUNDS || count <= A_FEW * enough {
                 let few = if count > 0.0 && !too_many { thinned(&points, &spacing, chosen) } else { few };
-                return Ok((Sides { f_hat, calibration, ratio, noise, score, strays, points, spacing, few }, figures));
+                return Ok((
+                    Sides { f_hat, calibration, ratio, noise, score, agreed, strays, points, spacing, few },
+                    figures,
+                ));
             }
             (before, round) = (Some(f_hat), round + 1);
         }

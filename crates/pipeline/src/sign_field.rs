@@ -36,6 +36,14 @@ pub struct SignField {
     pub winding: ArrayD<f64>,
 }
 
+impl SignField {
+    /// f̂ alone, everywhere, on the nodes of the lattice after `halvings`: where points are so few and uneven that winding numbers tell less.
+    pub fn of<const D: usize>(f_hat: &Spline<D>, domain: &Domain<D>, halvings: u32) -> Self {
+        let value = f_hat.sample(&domain.nodes(halvings), [0; D]);
+        Self { winding: value.clone(), value }
+    }
+}
+
 /// The field on the nodes of the lattice after `halvings`; `distance` is d on the same nodes. W is divided by
 /// `calibration`, which the referee found: points along curves on the surface hide most of it from W.
 ///

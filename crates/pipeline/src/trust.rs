@@ -96,12 +96,12 @@ pub(crate) const fn shape_name(dimension: usize) -> &'static str {
 }
 
 /// The warning, if there is some doubt, or the doubt, if there is no trust. Of an `open` surface winding numbers say nothing:
-/// it has no inside.
-pub fn verdict<const D: usize>(trust: &TrustReport, open: bool) -> (Option<String>, Option<String>) {
+/// it has no inside; nor do they contradict unit normals that have `agreed`, for of points as uneven as ask for these they are rough.
+pub fn verdict<const D: usize>(trust: &TrustReport, open: bool, agreed: bool) -> (Option<String>, Option<String>) {
     let (score, unsure) = (trust.score, 100.0 * trust.unsure);
     let advice =
         "try --smooth with a length above the noise but below half the thinnest wall, or a denser or cleaner scan";
-    if score > NO_TRUST && !open {
+    if score > NO_TRUST && !open && !agreed {
         let doubt = format!(
             "no trustworthy closed {} was found: winding numbers contradict the sides of the points (score {score:.2}, \
              {unsure:.0} % of the points unsure); if it is meant to end where they do, say --open; otherwise {advice}",

@@ -1,0 +1,297 @@
+//! Unit normals with which the smoothest function is as smooth as it can be (Huang, Carr and Ju 2019), for points so few that dense matrices do.
+//!
+//! Of all functions with values near zero and given gradients at the points one has the least energy; that of the unit normals is least where
+//! all sides are right. Lengths of gradients, which the eigenvector leaves free, are what lets it be flat where points are few.
+
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::cholesky::llt::factor::{cholesky_in_place, cholesky_in_place_scratch};
+use faer::linalg::lu::partial_pivoting::factor::{lu_in_place, lu_in_place_scratch};
+use faer::linalg::lu::partial_pivoting::solve::{solve_in_place, solve_in_place_scratch};
+use faer::linalg::matmul::triangular::{BlockStructure, matmul};
+use faer::linalg::triangular_solve::{solve_lower_triangular_in_place, solve_upper_triangular_in_place};
+use faer::{Accum, ColMut, Mat, MatMut, Par};
+use zeroset_bspline::KnotVector;
+use zeroset_watch::CancelToken;
+
+use crate::descent::{Descent, descend};
+use crate::error::GefmError;
+use crate::gradient_form::area_vectors;
+use crate::lanczos::{dot, smallest_eigenpair};
+use crate::quasi_interpolation::quasi_interpolant;
+
+/// Two normals agree where they are no farther apart than 25 degrees.
+const ALONG: f64 = 0.906_307_787;
+/// `Δ³ ‖x‖³ = −96 π δ` in space: what `∫‖∇³f‖²` is over the form of the kernel.
+const KERNEL: f64 = 96.0 * std::f64::consts::PI;
+/// Relative residual of the eigenvector, and the most steps towards it; only its directions are used.
+const EIGENVECTOR: (f64, usize) = (1e-3, 60);
+
+/// The energy of the smoothest function as a form of the gradients `gᵢ` at the points: of all f with `∇f(Pᵢ) = gᵢ` the least
+/// `Σ aᵢ f(Pᵢ)² + w ∫‖∇³f‖²`, but for a factor.
+///
+/// `f(x) = Σ αᵢ φ(x − Pᵢ) − Σ βᵢ·∇φ(x − Pᵢ) + γ·(1, x)` with `φ = ‖x‖³`. What belongs to the values, α and γ, is eliminated first; the
+/// matrix of β that is left is positive definite, and its inverse the form.
+pub(crate) struct NormalEnergy<const D: usize> {
+    points: Vec<[f64; D]>,
+    /// `−(α, γ)` of unit β.
+    response: Mat<f64>,
+    /// The Cholesky factor of the matrix of β.
+    factor: Mat<f64>,
+}
+
+/// From two starts.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct TwoStarts<const D: usize> {
+    /// From normals found before.
+    pub(crate) known: Descent<D>,
+    /// From the eigenvector.
+    pub(crate) spectral: Descent<D>,
+}
+
+impl<const D: usize> TwoStarts<D> {
+    /// The one that came lower.
+    pub(crate) fn lower(&self) -> &Descent<D> {
+        if self.spectral.energy < self.known.energy { &self.spectral } else { &self.known }
+    }
+
+    /// The share of the points at which both have about the same normal, up to a common sign.
+    pub(crate) fn agreement(&self) -> f64 {
+        let cosines: Vec<f64> = self.known.vectors.iter().zip(&self.spectral.vectors).map(|(a, b)| dot(a, b)).collect();
+        let along = |sign: f64| cosines.iter().filter(|cosine| sign * **cosine > ALONG).count();
+        along(1.0).max(along(-1.0)) as f64 / cosines.len() as f64
+    }
+
+    /// `‖Σ aᵢ nᵢ‖ / Σ aᵢ` of the lower one: nothing of a closed surface, all of a flat sheet.
+    pub(crate) fn flux(&self, areas: &[f64]) -> f64 {
+        let vectors = area_vectors(&self.lower().vectors, areas);
+        let sum: [f64; D] = std::array::from_fn(|axis| vectors.iter().map(|v| v[axis]).sum());
+        dot(&sum, &sum).sqrt() / areas.iter().sum::<f64>()
+    }
+}
+
+impl<const D: usize> NormalEnergy<D> {
+    /// Of points with positive areas; `weight` is w. None if rounding has left no positive definite matrix.
+    pub(crate) fn new(points: &[[f64; D]], areas: &[f64], weight: f64) -> Option<Self> {
+        let (count, parts) = (points.len(), D * points.len());
+        let values = count + 1 + D;
+        let at = |i: usize, j: usize| -> [f64; D] { std::array::from_fn(|axis| points[i][axis] - points[j][axis]) };
+        // Entries of the polynomials at a point, and of their derivatives along an axis.
+        let polynomial = |i: usize, k: usize| if k == 0 { 1.0 } else { points[i][k - 1] };
+        let derivative = |axis: usize, k: usize| if k == axis + 1 { 1.0 } else { 0.0 };
+        let mut saddle = Mat::from_fn(values, values, |i, j| match (i < count, j < count) {
+            (true, true) if i == j => KERNEL * weight / areas[i],
+            (true, true) => kernel(&at(i, j)),
+            (true, false) => polynomial(i, j - count),
+            (false, true) => polynomial(j, i - count),
+            (false, false) => 0.0,
+        });
+        let coupling = Mat::from_fn(values, parts, |i, column| match (i.checked_sub(count), column % D) {
+            (None, axis) => -slope(&at(i, column / D))[axis],
+            (Some(k), axis) => derivative(axis, k),
+        });
+        let mut response = coupling.clone();
+        let (mut forward, mut backward) = (vec![0usize; values], vec![0usize; values]);
+        let scratch = lu_in_place_scratch::<usize, f64>(values, values, Par::Seq, Default::default())
+            .or(solve_in_place_scratch::<usize, f64>(values, parts, Par::Seq));
+        let mut memory = MemBuffer::new(scratch);
+        let stack = MemStack::new(&mut memory);
+        let (_, order) = lu_in_place(saddle.as_mut(), &mut forward, &mut backward, Par::Seq, stack, Default::default());
+        solve_in_place(saddle.as_ref(), saddle.as_ref(), order, response.as_mut(), Par::Seq, stack);
+
+        let mut factor =
+            Mat::from_fn(parts, parts, |row, column| -curvature(&at(row / D, column / D), row % D, column % D));
+        matmul(
+            factor.as_mut(),
+            BlockStructure::TriangularLower,
+            Accum::Add,
+            coupling.transpose(),
+            BlockStructure::Rectangular,
+            response.as_ref(),
+            BlockStructure::Rectangular,
+            -1.0,
+            Par::Seq,
+        );
+        let mut memory = MemBuffer::new(cholesky_in_place_scratch::<f64>(parts, Par::Seq, Default::default()));
+        let stack = MemStack::new(&mut memory);
+        cholesky_in_place(factor.as_mut(), Default::default(), Par::Seq, stack, Default::default()).ok()?;
+        Some(Self { points: points.to_vec(), response, factor })
+    }
+
+    /// The least from normals that are known (of any length but zero), and from the eigenvector, which is sought from `directions`. None if one of
+    /// them does not exist.
+    ///
+    /// # Errors
+    /// If it was cancelled.
+    pub(crate) fn least_from_two_starts(
+        &self,
+        known: &[[f64; D]],
+        directions: &[[f64; D]],
+        cancel: &CancelToken,
+    ) -> Result<Option<TwoStarts<D>>, GefmError> {
+        let (tolerance, steps) = EIGENVECTOR;
+        let start = directions.as_flattened().to_vec();
+        let pair = smallest_eigenpair(|g| self.inverse(g), <[f64]>::to_vec, start, tolerance, steps);
+        let Some((vector, _)) = pair else { return Ok(None) };
+        let spectral = self.least(vector.as_chunks::<D>().0, cancel)?;
+        let known = self.least(known, cancel)?;
+        Ok(known.zip(spectral).map(|(known, spectral)| TwoStarts { known, spectral }))
+    }
+
+    fn least(&self, start: &[[f64; D]], cancel: &CancelToken) -> Result<Option<Descent<D>>, GefmError> {
+        Ok(descend(|normals| self.of(normals), start, cancel)?)
+    }
+
+    /// The form of gradients, and its gradient.
+    fn of(&self, gradients: &[f64]) -> (f64, Vec<f64>) {
+        let mut solved = gradients.to_vec();
+        solve_lower_triangular_in_place(self.factor.as_ref(), column(&mut solved), Par::Seq);
+        let energy = dot(&solved, &solved);
+        solve_upper_triangular_in_place(self.factor.transpose(), column(&mut solved), Par::Seq);
+        solved.iter_mut().for_each(|v| *v *= 2.0);
+        (energy, solved)
+    }
+
+    /// The inverse of the form, applied.
+    fn inverse(&self, vector: &[f64]) -> Vec<f64> {
+        let (mut half, mut whole) = (vector.to_vec(), vector.to_vec());
+        let product = |matrix, shape, from: &mut [f64], to: &mut [f64]| {
+            let (from, whole) = (column(from), BlockStructure::Rectangular);
+            matmul(column(to), whole, Accum::Replace, matrix, shape, from.as_ref(), whole, 1.0, Par::Seq);
+        };
+        product(self.factor.transpose(), BlockStructure::TriangularUpper, &mut whole, &mut half);
+        product(self.factor.as_ref(), BlockStructure::TriangularLower, &mut half, &mut whole);
+        whole
+    }
+
+    /// The coefficients of cubic B-splines on uniform knots whose sum is the function of least energy with these normals, to fourth order.
+    pub(crate) fn coefficients(&self, normals: &[[f64; D]], knots: &[KnotVector; D]) -> Vec<f64> {
+        let mut beta = normals.as_flattened().to_vec();
+        solve_lower_triangular_in_place(self.factor.as_ref(), column(&mut beta), Par::Seq);
+        solve_upper_triangular_in_place(self.factor.transpose(), column(&mut beta), Par::Seq);
+        let mut alpha = vec![0.0; self.response.nrows()];
+        let whole = BlockStructure::Rectangular;
+        let (response, to) = (self.response.as_ref(), column(&mut alpha));
+        matmul(to, whole, Accum::Replace, response, whole, column(&mut beta).as_ref(), whole, -1.0, Par::Seq);
+        let (beta, _) = beta.as_chunks::<D>();
+        let (alpha, gamma) = alpha.split_at(self.points.len());
+        let f = |x: &[f64; D]| {
+            let mut value = gamma[0] + dot(&gamma[1..], x);
+            for ((p, alpha), beta) in self.points.iter().zip(alpha).zip(beta) {
+                let away: [f64; D] = std::array::from_fn(|axis| x[axis] - p[axis]);
+                value += alpha * kernel(&away) - dot(beta, &slope(&away));
+            }
+            value
+        };
+        quasi_interpolant(f, knots)
+    }
+}
+
+fn column(vector: &mut [f64]) -> MatMut<'_, f64> {
+    ColMut::from_slice_mut(vector).as_mat_mut()
+}
+
+/// φ, and its first
+fn kernel<const D: usize>(x: &[f64; D]) -> f64 {
+    dot(x, x).sqrt().powi(3)
+}
+
+/// and second derivatives.
+fn slope<const D: usize>(x: &[f64; D]) -> [f64; D] {
+    let r = dot(x, x).sqrt();
+    x.map(|x| 3.0 * r * x)
+}
+
+fn curvature<const D: usize>(x: &[f64; D], a: usize, b: usize) -> f64 {
+    let r = dot(x, x).sqrt();
+    let round = if a == b { 3.0 * r } else { 0.0 };
+    if r > 0.0 { round + 3.0 * x[a] * x[b] / r } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use zeroset_bspline::Spline;
+
+    /// Points all over a sphere of radius 0.4, with fewer than one in four of its lower half.
+    fn sphere() -> Vec<[f64; 3]> {
+        let on = |i: i32| {
+            let z = (f64::from(i) + 0.5) / 100.0 - 1.0;
+            let (s, c) = (2.399_963_229_728_653 * f64::from(i)).sin_cos();
+            [0.4 * c * (1.0 - z * z).sqrt(), 0.4 * s * (1.0 - z * z).sqrt(), 0.4 * z]
+        };
+        (0..200).filter(|i| *i >= 100 || i % 4 == 0).map(on).collect()
+    }
+
+    fn energy(points: &[[f64; 3]]) -> NormalEnergy<3> {
+        NormalEnergy::new(points, &vec![1.0; points.len()], 1e-9).unwrap()
+    }
+
+    #[test]
+    fn the_form_is_that_of_its_inverse_and_its_gradient_a_difference() {
+        let points = sphere();
+        let energy = energy(&points);
+        let normals: Vec<f64> = (0..375).map(|i| (0.7 * f64::from(i)).sin()).collect();
+        let (value, gradient) = energy.of(&normals);
+        let back = energy.inverse(&gradient);
+        for (back, normal) in back.iter().zip(&normals) {
+            // A condition number of some thousands.
+            assert!((0.5 * back - normal).abs() < 1e-10);
+        }
+        // Of a quadratic form a central difference is exact.
+        let moved = |step: f64| {
+            energy.of(&normals.iter().enumerate().map(|(i, n)| n + step * f64::from(i == 17)).collect::<Vec<_>>()).0
+        };
+        assert!((moved(0.5) - moved(-0.5) - gradient[17]).abs() < 1e-9 * value);
+    }
+
+    #[test]
+    fn the_normals_of_a_sphere_are_found_from_both_starts() {
+        let points = sphere();
+        let energy = energy(&points);
+        // A third of them begin inward, and all askew.
+        let known: Vec<[f64; 3]> = points
+            .iter()
+            .enumerate()
+            .map(|(i, p)| [p[0] * if i % 3 == 0 { -1.0 } else { 1.0 }, p[1] + 0.1, p[2]])
+            .collect();
+        let directions: Vec<[f64; 3]> = points.iter().map(|p| [p[0], p[1], p[2] - 0.1]).collect();
+        let found = energy.least_from_two_starts(&known, &directions, &CancelToken::new()).unwrap().unwrap();
+        assert_eq!(found.agreement(), 1.0);
+        assert!(found.flux(&vec![1.0; points.len()]) < 0.5, "of areas that are no areas");
+        let sign = dot(&found.lower().vectors[0], &points[0]).signum();
+        for (normal, point) in found.lower().vectors.iter().zip(&points) {
+            // A sphere is the zero set of a quadratic function, which the kernel only comes near.
+            assert!(sign * dot(normal, point) > 0.4 * 0.99, "{normal:?} at {point:?}");
+        }
+    }
+
+    #[test]
+    fn the_spline_has_the_normals_and_vanishes_at_the_points() {
+        let points = sphere();
+        let normals: Vec<[f64; 3]> = points.iter().map(|p| p.map(|x| x / 0.4)).collect();
+        let knots =
+            [24, 20, 22].map(|cells| KnotVector::uniform(3, -0.025 * f64::from(cells), 0.05, cells as usize).unwrap());
+        let coefficients = energy(&points).coefficients(&normals, &knots);
+        let f = Spline::from_flat(knots, coefficients).unwrap();
+        for (point, normal) in points.iter().zip(&normals) {
+            let (value, gradient) = f.value_and_gradient(point);
+            // The kernel's second derivatives have kinks at the points, where the cells of 0.05 do not follow them.
+            assert!(value.abs() < 1e-3, "{value}");
+            assert!((0..3).all(|axis| (gradient[axis] - normal[axis]).abs() < 0.02), "{gradient:?} {normal:?}");
+        }
+        assert!(f.value(&[0.0; 3]) < -0.1);
+    }
+
+    #[test]
+    fn sheets_have_flux_and_differences_no_agreement() {
+        let descent = |vectors: Vec<[f64; 3]>, energy| Descent { vectors, energy, evaluations: 1 };
+        let up = vec![[0.0, 0.0, 1.0]; 4];
+        let mut other = vec![[0.0, 0.0, -1.0]; 4];
+        other[0] = [1.0, 0.0, 0.0];
+        let found = TwoStarts { known: descent(up.clone(), 1.0), spectral: descent(other, 2.0) };
+        assert_eq!((found.agreement(), found.flux(&[1.0; 4])), (0.75, 1.0));
+        let found =
+            TwoStarts { spectral: descent(vec![[0.0, 0.0, -1.0], up[0], up[0], [0.0, 0.0, -1.0]], 0.5), ..found };
+        assert_eq!((found.agreement(), found.flux(&[1.0; 4])), (0.5, 0.0));
+    }
+}
