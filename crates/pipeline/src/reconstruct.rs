@@ -439,7 +439,8 @@ impl<const D: usize> Beginning<'_, D> {
     }
 
     /// f̂ for points that are heard, and the ground that it was found on: where few points have no convincing sides without those that lie on no
-    /// surface with others, these may well be a sparse part of it, and all are heard if that gives better ones.
+    /// surface with others, these may well be a sparse part of it, and all are heard if that gives better ones, or
+    /// unit normals of least energy that agree.
     fn sides(
         &self,
         ground: Ground<D>,
@@ -457,7 +458,7 @@ impl<const D: usize> Beginning<'_, D> {
             Ok((self.sides_on(&ground, self.distinct.to_vec(), spacing, sides.score)?, ground))
         };
         match of_all() {
-            Ok(((other, figures), all)) if (other.agreed, sides.score) > (sides.agreed, other.score) => {
+            Ok(((other, figures), all)) if other.agreed || (!sides.agreed && other.score < sides.score) => {
                 Ok(((all, other), figures))
             }
             Err(error) if error.is_cancelled() => Err(error),
