@@ -235,9 +235,8 @@ pub(crate) fn road<const D: usize>(
         let closeness = Closeness { points: &heard, local: &spacing.local, detail: cell.max(smoothed), noise };
         let off = closeness.off_the_surface(&places);
         let sites = kept(sites, &off);
-        // What is left open needs no filling, nor does what has third derivatives already, and where noise is deep what is far from all points
-        // may well be f̂'s mistake.
-        if !options.open && !agreed && noise < FILLABLE_NOISE * spacing.typical {
+        // What is left open needs no filling, and where noise is deep what is far from all points may well be f̂'s mistake.
+        if !options.open && noise < FILLABLE_NOISE * spacing.typical {
             let (guide, lattice) = ((&f_hat, ratio), (&domain, halvings));
             match fill_holes(&mut field, &places, &sites, guide, lattice, &memory)? {
                 Filling::Filled(nodes_filled) => {
