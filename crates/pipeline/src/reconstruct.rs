@@ -456,10 +456,11 @@ impl<const D: usize> Beginning<'_, D> {
             let ground = self.ground(self.distinct, &spacing)?;
             Ok((self.sides_on(&ground, self.distinct.to_vec(), spacing, sides.score)?, ground))
         };
+        let is_better = |other: &Sides<D>| {
+            other.agreed || other.score <= UNCONVINCING || (!sides.agreed && other.score < sides.score)
+        };
         match of_all() {
-            Ok(((other, figures), all)) if other.agreed || (!sides.agreed && other.score < sides.score) => {
-                Ok(((all, other), figures))
-            }
+            Ok(((other, figures), all)) if is_better(&other) => Ok(((all, other), figures)),
             Err(error) if error.is_cancelled() => Err(error),
             _ => Ok(((ground, sides), figures)),
         }
