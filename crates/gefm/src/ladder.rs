@@ -11,7 +11,7 @@ use zeroset_bspline::{Collocation, Derivatives, KnotVector, Spline};
 
 use crate::error::GefmError;
 use crate::fit::normalise;
-use crate::ladder_options::{KnownNormals, LadderOptions};
+use crate::ladder_options::{KnownNormals, LadderOptions, ThirdOrderOptions};
 use crate::ladder_report::{Candidate, LadderReport, Start, UnitNormals};
 use crate::noise::{LAYERED, layers, noise_deviation};
 use crate::patches::Patches;
@@ -19,7 +19,7 @@ use crate::pulled_points::Found;
 use crate::referee::Referee;
 use crate::rung::Rung;
 use crate::third_order::{ThirdOrder, held};
-use crate::unit_normals::NormalEnergy;
+use crate::unit_normals::{NormalEnergy, is_closed};
 use crate::verdict::{RANDOM, Verdict};
 
 /// The best so far.
@@ -151,7 +151,7 @@ impl<const D: usize> Ladder<'_, D> {
     /// there is something that wider ones did not get.
     fn worth_climbing(&self, halvings: u32) -> bool {
         let Some(leader) = &self.leader else { return true };
-        if self.report.unit_normals.as_ref().is_some_and(|found| found.taken) {
+        if self.has_unit_normals() {
             return false;
         }
         if leader.verdict.score > self.options.hopeless {
@@ -286,21 +286,30 @@ impl<const D: usize> Ladder<'_, D> {
         Ok(())
     }
 
-    /// Candidates from scratch whose fairness is of third order, if there are to be any, where no other has convinced.
-    fn search_third_order(&mut self, rung: &Rung<D>) -> Result<(), GefmError> {
-        let Some(third_order) = &self.options.third_order else { return Ok(()) };
+    /// Whether a candidate of few points needs no other order.
+    fn is_convincing(&self, third_order: &ThirdOrderOptions) -> bool {
         let few = self.patches.least();
-        let is_convinced = |leader: &Leader<D>| {
+        self.leader.as_ref().is_some_and(|leader| {
             let Verdict { score, beyond_noise, layered, off, .. } = leader.verdict;
             score < self.options.content || (beyond_noise <= third_order.above && !layered && off <= few)
-        };
-        let is_law = matches!(self.options.normals, KnownNormals::Trust(_));
-        if is_law || self.leader.as_ref().is_some_and(is_convinced) {
+        })
+    }
+
+    /// What few points are fitted with, if they are to be, where nothing has convinced: unit normals, or else third derivatives on the rung.
+    fn search_third_order(&mut self, rung: &Rung<D>) -> Result<(), GefmError> {
+        let Some(third_order) = &self.options.third_order else { return Ok(()) };
+        if matches!(self.options.normals, KnownNormals::Trust(_)) || self.is_convincing(third_order) {
             return Ok(());
         }
-        if self.search_unit_normals()? || rung.unknowns() > MOST_FACTORED {
+        self.search_unit_normals()?;
+        if self.has_unit_normals() || rung.unknowns() > MOST_FACTORED {
             return Ok(());
         }
+        self.search_on_rung(rung, third_order)
+    }
+
+    /// Candidates from scratch whose fairness is of third order.
+    fn search_on_rung(&mut self, rung: &Rung<D>, third_order: &ThirdOrderOptions) -> Result<(), GefmError> {
         let points = (self.points, self.areas);
         let fits = ThirdOrder::new(points, rung.knots(), &self.away_from_centroid(), self.options)?;
         for ratio in &third_order.ratios {
@@ -313,54 +322,56 @@ impl<const D: usize> Ladder<'_, D> {
         Ok(())
     }
 
-    /// Unit normals of least energy, from those of the leader and from the eigenvector, unless they were sought before; whether they are taken.
-    /// They are where the eigenvector's have less energy than the leader's came to, or where both agree and the leader's sides are as good as
-    /// random: their energy knows more of few points than winding numbers do.
-    fn search_unit_normals(&mut self) -> Result<bool, GefmError> {
-        let Some(leader) = &self.leader else { return Ok(false) };
+    /// Unit normals of least energy, from those of the leader and from the eigenvector, unless they were sought before. They are taken where both
+    /// agree, or where the eigenvector's have less energy than the leader's came to and no worse a score: their energy knows more of few points
+    /// than winding numbers do.
+    fn search_unit_normals(&mut self) -> Result<(), GefmError> {
+        let Some(leader) = &self.leader else { return Ok(()) };
         if D != 3 || self.heard.len() > MOST_UNIT_NORMALS || self.report.unit_normals.is_some() {
-            return Ok(false);
+            return Ok(());
         }
         self.options.cancel.check()?;
-        let of_heard = |all: Vec<[f64; D]>| self.heard.iter().map(|i| all[*i]).collect::<Vec<_>>();
-        let points = of_heard(self.points.to_vec());
+        let of_heard = |all: &[[f64; D]]| self.heard.iter().map(|i| all[*i]).collect::<Vec<_>>();
+        let points = of_heard(self.points);
         let areas: Vec<f64> = self.heard.iter().map(|i| self.areas[*i]).collect();
         let weight = self.options.third_order_weight(UNIT_RATIO);
-        let Some(energy) = NormalEnergy::new(&points, &areas, weight) else { return Ok(false) };
-        let (known, directions) = (of_heard(self.directions()), of_heard(self.away_from_centroid()));
+        let Some(energy) = NormalEnergy::new(&points, &areas, weight) else { return Ok(()) };
+        let (known, directions) = (of_heard(&self.directions()), of_heard(&self.away_from_centroid()));
         let Some(found) = energy.least_from_two_starts(&known, &directions, &self.options.cancel)? else {
-            return Ok(false);
+            return Ok(());
         };
+        let mut knots = self.base.clone();
+        for _ in 0..UNIT_HALVINGS {
+            knots = knots.each_ref().map(KnotVector::halved);
+        }
+        let lower = found.lower();
+        let coefficients = energy.coefficients(&lower.vectors, &knots);
+        let trial = Trial { order: 3, halvings: UNIT_HALVINGS, unknowns: coefficients.len(), ratio: UNIT_RATIO };
+        let f = normalise(&Collocation::new(&knots, &points)?, &points, &areas, &knots, coefficients)?;
         let mut report = UnitNormals {
             from_leader: found.known.energy,
             from_eigenvector: found.spectral.energy,
             agreement: found.agreement(),
-            flux: found.flux(&areas),
+            closed: is_closed(&f),
             taken: false,
         };
         debug!(?report, "unit normals");
         let is_lower = report.from_eigenvector < LOWER * report.from_leader;
-        let leader_is_random = leader.verdict.beyond_noise > RANDOM;
-        if is_lower || (report.agree() && leader_is_random) {
+        if report.agree() || is_lower {
             let most = if report.agree() { f64::INFINITY } else { leader.verdict.beyond_noise.max(RANDOM) };
-            let mut knots = self.base.clone();
-            for _ in 0..UNIT_HALVINGS {
-                knots = knots.each_ref().map(KnotVector::halved);
-            }
-            let lower = found.lower();
-            let coefficients = energy.coefficients(&lower.vectors, &knots);
-            let unknowns = coefficients.len();
-            let trial = Trial { order: 3, halvings: UNIT_HALVINGS, unknowns, ratio: UNIT_RATIO };
-            let f = normalise(&Collocation::new(&knots, &points)?, &points, &areas, &knots, coefficients)?;
             let other = self.assess((f, lower.evaluations), trial, Start::UnitNormals)?;
             if self.is_held(&other.f) && other.verdict.beyond_noise <= most {
                 self.leader = Some(other);
                 report.taken = true;
             }
         }
-        let taken = report.taken;
         self.report.unit_normals = Some(report);
-        Ok(taken)
+        Ok(())
+    }
+
+    /// Whether the leader has unit normals: then finer lattices have nothing to add.
+    fn has_unit_normals(&self) -> bool {
+        self.report.unit_normals.as_ref().is_some_and(|found| found.taken)
     }
 
     /// Fits and judges; the score is infinite if the fit failed.
@@ -467,7 +478,6 @@ impl<const D: usize> Ladder<'_, D> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ladder_options::ThirdOrderOptions;
 
     fn knots(half: f64, cells: usize) -> [KnotVector; 2] {
         let knots = KnotVector::uniform(3, -half, 2.0 * half / cells as f64, cells).unwrap();

@@ -27,21 +27,20 @@ pub struct UnitNormals {
     pub from_eigenvector: f64,
     /// The share of the points at which both have about the same normal.
     pub agreement: f64,
-    /// `‖Σ aᵢ nᵢ‖ / Σ aᵢ`: nothing of a closed surface, all of a flat sheet.
-    pub flux: f64,
+    /// Whether the function of the lower one is positive on all faces of the box, as outside of a closed surface.
+    pub closed: bool,
     /// Whether f̂ has these normals.
     pub taken: bool,
 }
 
-/// Two searches agree where no more normals differ than one in a hundred,
+/// Two searches agree where no more normals differ than one in a hundred.
 const AGREEMENT: f64 = 0.99;
-/// and they point in all directions: those of an open sheet agree as well, and tell nothing of an inside.
-const MOST_FLUX: f64 = 0.2;
 
 impl UnitNormals {
-    /// Whether both searches came to the same normals, as of a closed surface: then all sides were right.
+    /// Whether both searches came to the same normals, of a closed surface: then nearly all sides were right. Those of an open sheet agree as
+    /// well, and tell nothing of an inside.
     pub fn agree(&self) -> bool {
-        self.agreement >= AGREEMENT && self.flux <= MOST_FLUX
+        self.agreement >= AGREEMENT && self.closed
     }
 }
 

@@ -10,12 +10,11 @@ use faer::linalg::lu::partial_pivoting::solve::{solve_in_place, solve_in_place_s
 use faer::linalg::matmul::triangular::{BlockStructure, matmul};
 use faer::linalg::triangular_solve::{solve_lower_triangular_in_place, solve_upper_triangular_in_place};
 use faer::{Accum, ColMut, Mat, MatMut, Par};
-use zeroset_bspline::KnotVector;
+use zeroset_bspline::{Derivatives, KnotVector, Spline};
 use zeroset_watch::CancelToken;
 
 use crate::descent::{Descent, descend};
 use crate::error::GefmError;
-use crate::gradient_form::area_vectors;
 use crate::lanczos::{dot, smallest_eigenpair};
 use crate::quasi_interpolation::quasi_interpolant;
 
@@ -59,13 +58,6 @@ impl<const D: usize> TwoStarts<D> {
         let cosines: Vec<f64> = self.known.vectors.iter().zip(&self.spectral.vectors).map(|(a, b)| dot(a, b)).collect();
         let along = |sign: f64| cosines.iter().filter(|cosine| sign * **cosine > ALONG).count();
         along(1.0).max(along(-1.0)) as f64 / cosines.len() as f64
-    }
-
-    /// `‖Σ aᵢ nᵢ‖ / Σ aᵢ` of the lower one: nothing of a closed surface, all of a flat sheet.
-    pub(crate) fn flux(&self, areas: &[f64]) -> f64 {
-        let vectors = area_vectors(&self.lower().vectors, areas);
-        let sum: [f64; D] = std::array::from_fn(|axis| vectors.iter().map(|v| v[axis]).sum());
-        dot(&sum, &sum).sqrt() / areas.iter().sum::<f64>()
     }
 }
 
@@ -186,6 +178,27 @@ impl<const D: usize> NormalEnergy<D> {
     }
 }
 
+/// Whether f is positive at the ends of all knot intervals on the faces of its box.
+pub(crate) fn is_closed<const D: usize>(f: &Spline<D>) -> bool {
+    let breakpoints = f.knots().each_ref().map(|knots| {
+        let (first, last) = knots.domain();
+        knots.cells().map(move |(_, low, _)| low.max(first)).chain([last]).collect::<Vec<_>>()
+    });
+    let count: usize = breakpoints.iter().map(Vec::len).product();
+    let on_face = |flat: usize| {
+        let (mut rest, mut x, mut is_on) = (flat, [0.0; D], false);
+        for (x, along) in x.iter_mut().zip(&breakpoints) {
+            let i = rest % along.len();
+            is_on |= i == 0 || i == along.len() - 1;
+            *x = along[i];
+            rest /= along.len();
+        }
+        is_on.then_some(x)
+    };
+    let faces: Vec<[f64; D]> = (0..count).filter_map(on_face).collect();
+    f.evaluate(&faces, Derivatives::Value).values.iter().all(|value| *value > 0.0)
+}
+
 fn column(vector: &mut [f64]) -> MatMut<'_, f64> {
     ColMut::from_slice_mut(vector).as_mat_mut()
 }
@@ -210,7 +223,6 @@ fn curvature<const D: usize>(x: &[f64; D], a: usize, b: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use zeroset_bspline::Spline;
 
     /// Points all over a sphere of radius 0.4, with fewer than one in four of its lower half.
     fn sphere() -> Vec<[f64; 3]> {
@@ -257,7 +269,6 @@ mod tests {
         let directions: Vec<[f64; 3]> = points.iter().map(|p| [p[0], p[1], p[2] - 0.1]).collect();
         let found = energy.least_from_two_starts(&known, &directions, &CancelToken::new()).unwrap().unwrap();
         assert_eq!(found.agreement(), 1.0);
-        assert!(found.flux(&vec![1.0; points.len()]) < 0.5, "of areas that are no areas");
         let sign = dot(&found.lower().vectors[0], &points[0]).signum();
         for (normal, point) in found.lower().vectors.iter().zip(&points) {
             // A sphere is the zero set of a quadratic function, which the kernel only comes near.
@@ -283,15 +294,26 @@ mod tests {
     }
 
     #[test]
-    fn sheets_have_flux_and_differences_no_agreement() {
-        let descent = |vectors: Vec<[f64; 3]>, energy| Descent { vectors, energy, evaluations: 1 };
-        let up = vec![[0.0, 0.0, 1.0]; 4];
-        let mut other = vec![[0.0, 0.0, -1.0]; 4];
-        other[0] = [1.0, 0.0, 0.0];
-        let found = TwoStarts { known: descent(up.clone(), 1.0), spectral: descent(other, 2.0) };
-        assert_eq!((found.agreement(), found.flux(&[1.0; 4])), (0.75, 1.0));
-        let found =
-            TwoStarts { spectral: descent(vec![[0.0, 0.0, -1.0], up[0], up[0], [0.0, 0.0, -1.0]], 0.5), ..found };
-        assert_eq!((found.agreement(), found.flux(&[1.0; 4])), (0.5, 0.0));
+    fn normals_that_differ_do_not_agree() {
+        let descent = |vectors: &[[f64; 3]], energy| Descent { vectors: vectors.to_vec(), energy, evaluations: 1 };
+        let [up, down, aside] = [[0.0, 0.0, 1.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]];
+        let agreement =
+            |other: &[[f64; 3]]| TwoStarts { known: descent(&[up; 4], 1.0), spectral: descent(other, 2.0) }.agreement();
+        assert_eq!((agreement(&[aside, down, down, down]), agreement(&[down, up, up, down])), (0.75, 0.5));
+        // By twenty degrees, and by thirty.
+        let turned = [20f64, 30.0].map(|angle| [0.0, angle.to_radians().sin(), angle.to_radians().cos()]);
+        assert_eq!(agreement(&[turned[0], turned[0], turned[1], up]), 0.75);
+    }
+
+    #[test]
+    fn closed_surfaces_do_not_reach_the_box() {
+        let knots = KnotVector::uniform(3, -0.75, 0.25, 6).unwrap();
+        let knots = [knots.clone(), knots.clone(), knots];
+        let is_closed = |f: &(dyn Fn(&[f64; 3]) -> f64 + Sync)| {
+            is_closed(&Spline::from_flat(knots.clone(), quasi_interpolant(f, &knots)).unwrap())
+        };
+        assert!(is_closed(&|x| dot(x, x) - 0.49));
+        assert!(!is_closed(&|x| dot(x, x) - 0.64), "the corners alone are outside");
+        assert!(!is_closed(&|x| x[2]));
     }
 }

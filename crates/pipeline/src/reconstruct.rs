@@ -454,7 +454,9 @@ impl<const D: usize> Beginning<'_, D> {
         let of_all = || -> Result<_, ReconstructError> {
             let spacing = Spacing::of(self.distinct);
             let ground = self.ground(self.distinct, &spacing)?;
-            Ok((self.sides_on(&ground, self.distinct.to_vec(), spacing, sides.score)?, ground))
+            // Unit normals that agree are right, whatever their score.
+            let to_beat = if sides.agreed { f64::INFINITY } else { sides.score };
+            Ok((self.sides_on(&ground, self.distinct.to_vec(), spacing, to_beat)?, ground))
         };
         let is_better = |other: &Sides<D>| {
             other.agreed || other.score <= UNCONVINCING || (!sides.agreed && other.score < sides.score)

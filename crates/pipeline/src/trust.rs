@@ -101,7 +101,8 @@ pub fn verdict<const D: usize>(trust: &TrustReport, open: bool, agreed: bool) ->
     let (score, unsure) = (trust.score, 100.0 * trust.unsure);
     let advice =
         "try --smooth with a length above the noise but below half the thinnest wall, or a denser or cleaner scan";
-    if score > NO_TRUST && !open && !agreed {
+    let is_heard = !(open || agreed);
+    if score > NO_TRUST && is_heard {
         let doubt = format!(
             "no trustworthy closed {} was found: winding numbers contradict the sides of the points (score {score:.2}, \
              {unsure:.0} % of the points unsure); if it is meant to end where they do, say --open; otherwise {advice}",
@@ -109,7 +110,7 @@ pub fn verdict<const D: usize>(trust: &TrustReport, open: bool, agreed: bool) ->
         );
         return (None, Some(doubt));
     }
-    if score > SOME_DOUBT && !open {
+    if score > SOME_DOUBT && is_heard {
         let warning = format!(
             "some points are probably on the wrong side (score {score:.2}, {unsure:.0} % of the points unsure{}): {advice}",
             least_sure(&trust.regions).map_or_else(String::new, around)
