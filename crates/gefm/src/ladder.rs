@@ -358,7 +358,7 @@ impl<const D: usize> Ladder<'_, D> {
         debug!(?report, "unit normals");
         let is_lower = report.from_eigenvector < LOWER * report.from_leader;
         if report.agree() || is_lower {
-            let most = if report.agree() { f64::INFINITY } else { leader.verdict.beyond_noise.max(RANDOM) };
+            let most = if report.agree() { f64::INFINITY } else { leader.verdict.beyond_noise };
             let other = self.assess((f, lower.evaluations), trial, Start::UnitNormals)?;
             if self.is_held(&other.f) && other.verdict.beyond_noise <= most {
                 self.leader = Some(other);
