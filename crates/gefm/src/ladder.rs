@@ -151,7 +151,7 @@ impl<const D: usize> Ladder<'_, D> {
     /// there is something that wider ones did not get.
     fn worth_climbing(&self, halvings: u32) -> bool {
         let Some(leader) = &self.leader else { return true };
-        if self.has_unit_normals() {
+        if self.report.has_agreed() {
             return false;
         }
         if leader.verdict.score > self.options.hopeless {
@@ -302,7 +302,7 @@ impl<const D: usize> Ladder<'_, D> {
             return Ok(());
         }
         self.search_unit_normals()?;
-        if self.has_unit_normals() || rung.unknowns() > MOST_FACTORED {
+        if self.report.has_agreed() || rung.unknowns() > MOST_FACTORED {
             return Ok(());
         }
         self.search_on_rung(rung, third_order)
@@ -367,11 +367,6 @@ impl<const D: usize> Ladder<'_, D> {
         }
         self.report.unit_normals = Some(report);
         Ok(())
-    }
-
-    /// Whether the leader has unit normals: then finer lattices have nothing to add.
-    fn has_unit_normals(&self) -> bool {
-        self.report.unit_normals.as_ref().is_some_and(|found| found.taken)
     }
 
     /// Fits and judges; the score is infinite if the fit failed.
