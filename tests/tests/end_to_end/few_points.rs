@@ -65,10 +65,10 @@ fn thin_rings_need_few_points() {
     }
 }
 
-/// 240 points of a ring, fourteen of which are all that there is of its one half: without these it is mostly a bowl, or random.
+/// 240 points of a ring, fourteen of which are all that there is of its one half: without these it is mostly a bowl, or random. Winding numbers make
+/// nothing of it; unit normals of least energy do.
 #[test]
 fn a_sparse_half_belongs_to_the_ring() {
-    let mut right = 0;
     for seed in 0..4 {
         let (there, rest): (Vec<[f64; 3]>, Vec<_>) =
             torus(0.4, 600, &mut Random(seed)).into_iter().partition(|point| point[0] > 0.0);
@@ -76,14 +76,10 @@ fn a_sparse_half_belongs_to_the_ring() {
         let mut result = reconstruct(&points, &Options::default()).unwrap();
         let (mesh, topology) = extract_surface(&mut result).unwrap();
         let what = format!("seed {seed}: {topology:?}, {:?} {:?}", result.report.warnings, result.report.doubt);
-        assert!(!result.report.warnings.is_empty() || result.report.doubt.is_some(), "{what}");
-        if topology.closed && topology.components == 1 && topology.genus == 1 {
-            // What fills gaps of two spacings is not where the ring was, but a bowl has half its volume, and a block twice as much.
-            let volume = mesh.enclosed_volume() / (0.4 * 0.4 * PI * 2.0 * PI);
-            assert!((0.7..1.4).contains(&volume), "{what}: {volume}");
-            right += 1;
-        }
+        assert!(topology.closed && topology.components == 1 && topology.genus == 1, "{what}");
+        assert_eq!(result.report.doubt, None, "{what}");
+        // Between points twice the tube's radius apart a chord takes some of it; a bowl has half the ring's volume, and a block twice as much.
+        let volume = mesh.enclosed_volume() / (0.4 * 0.4 * PI * 2.0 * PI);
+        assert!((0.9..1.1).contains(&volume), "{what}: {volume}");
     }
-    // Nine of twelve clouds drawn elsewhere. Of these, none without the sparse half.
-    assert!(right >= 2, "{right}");
 }
