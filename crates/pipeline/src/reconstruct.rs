@@ -454,9 +454,7 @@ impl<const D: usize> Beginning<'_, D> {
         let of_all = || -> Result<_, ReconstructError> {
             let spacing = Spacing::of(self.distinct);
             let ground = self.ground(self.distinct, &spacing)?;
-            // Unit normals that agree are right, whatever their score.
-            let to_beat = if sides.agreed { f64::INFINITY } else { sides.score };
-            Ok((self.sides_on(&ground, self.distinct.to_vec(), spacing, to_beat)?, ground))
+            Ok((self.sides_on(&ground, self.distinct.to_vec(), spacing, sides.score)?, ground))
         };
         let is_better = |other: &Sides<D>| {
             other.agreed || other.score <= UNCONVINCING || (!sides.agreed && other.score < sides.score)
