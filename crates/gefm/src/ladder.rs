@@ -121,7 +121,7 @@ const HELD: f64 = 0.8;
 pub const MOST_FACTORED: usize = 15_000;
 
 /// Unit normals of least energy are sought for no more points: of so many the matrices take a tenth of a gigabyte, and seconds.
-pub const MOST_UNIT_NORMALS: usize = 1000;
+const MOST_UNIT_NORMALS: usize = 1000;
 /// With a smoothing length of so many spacings.
 const UNIT_RATIO: f64 = 0.2;
 /// Their function is taken on the base lattice after so many halvings.

@@ -64,7 +64,7 @@ pub use error::GefmError;
 pub use fit::{Options, Report, fit};
 pub use gradient_form::area_vectors;
 pub use hermite_fit::{HermiteOptions, hermite_fit};
-pub use ladder::{MOST_FACTORED, MOST_UNIT_NORMALS, climb};
+pub use ladder::{MOST_FACTORED, climb};
 pub use ladder_options::{KnownNormals, LadderOptions, ThirdOrderOptions};
 pub use ladder_report::{Candidate, LadderReport, Start, UnitNormals};
 pub use lanczos::EigenpairSummary;

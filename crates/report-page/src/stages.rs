@@ -51,7 +51,8 @@ fn told(figures: &StageFigures) -> String {
                     count(choice.unknowns)
                 )
             });
-            format!("told inside from outside: {tried}{chosen}")
+            let agreed = if ladder.has_agreed() { "; two searches for its normals came to the same" } else { "" };
+            format!("told inside from outside: {tried}{chosen}{agreed}")
         }
         StageFigures::Distance(distance) => {
             format!(
