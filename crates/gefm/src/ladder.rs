@@ -7,19 +7,18 @@
 //! where the referee doubts all that there is, since p = 1 cannot leave a bad start.
 
 use tracing::debug;
-use zeroset_bspline::{Collocation, Derivatives, KnotVector, Spline};
+use zeroset_bspline::{Derivatives, KnotVector, Spline};
 
 use crate::error::GefmError;
-use crate::fit::normalise;
 use crate::ladder_options::{KnownNormals, LadderOptions, ThirdOrderOptions};
-use crate::ladder_report::{Candidate, LadderReport, Start, UnitNormals};
+use crate::ladder_report::{Candidate, LadderReport, Start};
 use crate::noise::{LAYERED, layers, noise_deviation};
 use crate::patches::Patches;
 use crate::pulled_points::Found;
 use crate::referee::Referee;
 use crate::rung::Rung;
 use crate::third_order::{ThirdOrder, held};
-use crate::unit_normals::{NormalEnergy, is_closed};
+use crate::unit_normals::unit_normals;
 use crate::verdict::{RANDOM, Verdict};
 
 /// The best so far.
@@ -301,7 +300,8 @@ impl<const D: usize> Ladder<'_, D> {
         if matches!(self.options.normals, KnownNormals::Trust(_)) || self.is_convincing(third_order) {
             return Ok(());
         }
-        self.search_unit_normals()?;
+        let searched = self.search_unit_normals();
+        self.passed_over(searched)?;
         if self.report.has_agreed() || rung.unknowns() > MOST_FACTORED {
             return Ok(());
         }
@@ -330,36 +330,23 @@ impl<const D: usize> Ladder<'_, D> {
         if D != 3 || self.heard.len() > MOST_UNIT_NORMALS || self.report.unit_normals.is_some() {
             return Ok(());
         }
-        self.options.cancel.check()?;
         let of_heard = |all: &[[f64; D]]| self.heard.iter().map(|i| all[*i]).collect::<Vec<_>>();
-        let points = of_heard(self.points);
         let areas: Vec<f64> = self.heard.iter().map(|i| self.areas[*i]).collect();
-        let weight = self.options.third_order_weight(UNIT_RATIO);
-        let Some(energy) = NormalEnergy::new(&points, &areas, weight) else { return Ok(()) };
-        let (known, directions) = (of_heard(&self.directions()), of_heard(&self.away_from_centroid()));
-        let Some(found) = energy.least_from_two_starts(&known, &directions, &self.options.cancel)? else {
-            return Ok(());
-        };
+        let starts = (of_heard(&self.directions()), of_heard(&self.away_from_centroid()));
         let mut knots = self.base.clone();
         for _ in 0..UNIT_HALVINGS {
             knots = knots.each_ref().map(KnotVector::halved);
         }
-        let lower = found.lower();
-        let coefficients = energy.coefficients(&lower.vectors, &knots);
-        let trial = Trial { order: 3, halvings: UNIT_HALVINGS, unknowns: coefficients.len(), ratio: UNIT_RATIO };
-        let f = normalise(&Collocation::new(&knots, &points)?, &points, &areas, &knots, coefficients)?;
-        let mut report = UnitNormals {
-            from_leader: found.known.energy,
-            from_eigenvector: found.spectral.energy,
-            agreement: found.agreement(),
-            closed: is_closed(&f),
-            taken: false,
-        };
+        let weight = self.options.third_order_weight(UNIT_RATIO);
+        let points = (&*of_heard(self.points), &*areas);
+        let found = unit_normals(points, weight, (&starts.0, &starts.1), &knots, &self.options.cancel)?;
+        let Some((f, evaluations, mut report)) = found else { return Ok(()) };
         debug!(?report, "unit normals");
         let is_lower = report.from_eigenvector < LOWER * report.from_leader;
         if report.agree() || is_lower {
             let most = if report.agree() { f64::INFINITY } else { leader.verdict.beyond_noise };
-            let other = self.assess((f, lower.evaluations), trial, Start::UnitNormals)?;
+            let trial = Trial { order: 3, halvings: UNIT_HALVINGS, unknowns: f.as_flat().len(), ratio: UNIT_RATIO };
+            let other = self.assess((f, evaluations), trial, Start::UnitNormals)?;
             if self.is_held(&other.f) && other.verdict.beyond_noise <= most {
                 self.leader = Some(other);
                 report.taken = true;
@@ -392,12 +379,18 @@ impl<const D: usize> Ladder<'_, D> {
     /// # Errors
     /// If the ladder was cancelled.
     fn tried(&mut self, found: Found<D>, trial: Trial, start: Start) -> Result<Verdict, GefmError> {
-        match self.judge(found, trial, start) {
-            Ok(verdict) => Ok(verdict),
+        let judged = self.judge(found, trial, start);
+        Ok(self.passed_over(judged)?.unwrap_or(Verdict::failed(trial.ratio)))
+    }
+
+    /// Nothing of what failed, and why in the end, unless it was cancelled.
+    fn passed_over<T>(&mut self, found: Result<T, GefmError>) -> Result<Option<T>, GefmError> {
+        match found {
+            Ok(found) => Ok(Some(found)),
             Err(cancelled @ GefmError::Cancelled(_)) => Err(cancelled),
             Err(error) => {
                 self.failure = Some(error);
-                Ok(Verdict::failed(trial.ratio))
+                Ok(None)
             }
         }
     }

@@ -10,11 +10,13 @@ use faer::linalg::lu::partial_pivoting::solve::{solve_in_place, solve_in_place_s
 use faer::linalg::matmul::triangular::{BlockStructure, matmul};
 use faer::linalg::triangular_solve::{solve_lower_triangular_in_place, solve_upper_triangular_in_place};
 use faer::{Accum, ColMut, Mat, MatMut, Par};
-use zeroset_bspline::{Derivatives, KnotVector, Spline};
+use zeroset_bspline::{Collocation, Derivatives, KnotVector, Spline};
 use zeroset_watch::CancelToken;
 
 use crate::descent::{Descent, descend};
 use crate::error::GefmError;
+use crate::fit::normalise;
+use crate::ladder_report::UnitNormals;
 use crate::lanczos::{dot, smallest_eigenpair};
 use crate::quasi_interpolation::quasi_interpolant;
 
@@ -25,12 +27,41 @@ const KERNEL: f64 = 96.0 * std::f64::consts::PI;
 /// Relative residual of the eigenvector, and the most steps towards it; only its directions are used.
 const EIGENVECTOR: (f64, usize) = (1e-3, 60);
 
+/// Unit normals of least energy at points with positive areas, from known ones and from the eigenvector, which is sought from directions (the
+/// `starts`, of any length but zero), and the function of the lower ones on `knots`, which are uniform, of degree 3, and about the points. Also how many
+/// evaluations of the energy these took. None if rounding leaves no energy.
+///
+/// # Errors
+/// If a point lies outside the knots' domain, no gradient is left, or it was cancelled.
+pub(crate) fn unit_normals<const D: usize>(
+    (points, areas): (&[[f64; D]], &[f64]),
+    weight: f64,
+    (known, directions): (&[[f64; D]], &[[f64; D]]),
+    knots: &[KnotVector; D],
+    cancel: &CancelToken,
+) -> Result<Option<(Spline<D>, usize, UnitNormals)>, GefmError> {
+    cancel.check()?;
+    let Some(energy) = NormalEnergy::new(points, areas, weight) else { return Ok(None) };
+    let Some(found) = energy.least_from_two_starts(known, directions, cancel)? else { return Ok(None) };
+    let lower = found.lower();
+    let coefficients = energy.coefficients(&lower.vectors, knots);
+    let f = normalise(&Collocation::new(knots, points)?, points, areas, knots, coefficients)?;
+    let report = UnitNormals {
+        from_leader: found.known.energy,
+        from_eigenvector: found.spectral.energy,
+        agreement: found.agreement(),
+        closed: is_closed(&f),
+        taken: false,
+    };
+    Ok(Some((f, lower.evaluations, report)))
+}
+
 /// The energy of the smoothest function as a form of the gradients `gᵢ` at the points: of all f with `∇f(Pᵢ) = gᵢ` the least
 /// `Σ aᵢ f(Pᵢ)² + w ∫‖∇³f‖²`, but for a factor.
 ///
 /// `f(x) = Σ αᵢ φ(x − Pᵢ) − Σ βᵢ·∇φ(x − Pᵢ) + γ·(1, x)` with `φ = ‖x‖³`. What belongs to the values, α and γ, is eliminated first; the
 /// matrix of β that is left is positive definite, and its inverse the form.
-pub(crate) struct NormalEnergy<const D: usize> {
+struct NormalEnergy<const D: usize> {
     points: Vec<[f64; D]>,
     /// `−(α, γ)` of unit β.
     response: Mat<f64>,
@@ -40,21 +71,21 @@ pub(crate) struct NormalEnergy<const D: usize> {
 
 /// From two starts.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct TwoStarts<const D: usize> {
+struct TwoStarts<const D: usize> {
     /// From normals found before.
-    pub(crate) known: Descent<D>,
+    known: Descent<D>,
     /// From the eigenvector.
-    pub(crate) spectral: Descent<D>,
+    spectral: Descent<D>,
 }
 
 impl<const D: usize> TwoStarts<D> {
     /// The one that came lower.
-    pub(crate) fn lower(&self) -> &Descent<D> {
+    fn lower(&self) -> &Descent<D> {
         if self.spectral.energy < self.known.energy { &self.spectral } else { &self.known }
     }
 
     /// The share of the points at which both have about the same normal, up to a common sign.
-    pub(crate) fn agreement(&self) -> f64 {
+    fn agreement(&self) -> f64 {
         let cosines: Vec<f64> = self.known.vectors.iter().zip(&self.spectral.vectors).map(|(a, b)| dot(a, b)).collect();
         let along = |sign: f64| cosines.iter().filter(|cosine| sign * **cosine > ALONG).count();
         along(1.0).max(along(-1.0)) as f64 / cosines.len() as f64
@@ -63,7 +94,7 @@ impl<const D: usize> TwoStarts<D> {
 
 impl<const D: usize> NormalEnergy<D> {
     /// Of points with positive areas; `weight` is w. None if rounding has left no positive definite matrix.
-    pub(crate) fn new(points: &[[f64; D]], areas: &[f64], weight: f64) -> Option<Self> {
+    fn new(points: &[[f64; D]], areas: &[f64], weight: f64) -> Option<Self> {
         let (count, parts) = (points.len(), D * points.len());
         let values = count + 1 + D;
         let at = |i: usize, j: usize| -> [f64; D] { std::array::from_fn(|axis| points[i][axis] - points[j][axis]) };
@@ -114,7 +145,7 @@ impl<const D: usize> NormalEnergy<D> {
     ///
     /// # Errors
     /// If it was cancelled.
-    pub(crate) fn least_from_two_starts(
+    fn least_from_two_starts(
         &self,
         known: &[[f64; D]],
         directions: &[[f64; D]],
@@ -156,7 +187,7 @@ impl<const D: usize> NormalEnergy<D> {
     }
 
     /// The coefficients of cubic B-splines on uniform knots whose sum is the function of least energy with these normals, to fourth order.
-    pub(crate) fn coefficients(&self, normals: &[[f64; D]], knots: &[KnotVector; D]) -> Vec<f64> {
+    fn coefficients(&self, normals: &[[f64; D]], knots: &[KnotVector; D]) -> Vec<f64> {
         let mut beta = normals.as_flattened().to_vec();
         solve_lower_triangular_in_place(self.factor.as_ref(), column(&mut beta), Par::Seq);
         solve_upper_triangular_in_place(self.factor.transpose(), column(&mut beta), Par::Seq);
@@ -179,7 +210,7 @@ impl<const D: usize> NormalEnergy<D> {
 }
 
 /// Whether f is positive at the ends of all knot intervals on the faces of its box.
-pub(crate) fn is_closed<const D: usize>(f: &Spline<D>) -> bool {
+fn is_closed<const D: usize>(f: &Spline<D>) -> bool {
     let breakpoints = f.knots().each_ref().map(|knots| {
         let (first, last) = knots.domain();
         knots.cells().map(move |(_, low, _)| low.max(first)).chain([last]).collect::<Vec<_>>()
