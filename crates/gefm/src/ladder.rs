@@ -24,7 +24,6 @@ use crate::verdict::{RANDOM, Verdict};
 /// The best so far.
 struct Leader<const D: usize> {
     f: Spline<D>,
-    index: usize,
     verdict: Verdict,
     winding: Vec<f64>,
     /// Of the points that are heard, from its zero set.
@@ -97,8 +96,7 @@ fn climb_among_threads<const D: usize>(
         ladder.climb(halvings)?;
     }
     let Some(leader) = ladder.leader else { return Err(ladder.failure.unwrap_or(GefmError::NoGradient)) };
-    let report = LadderReport { chosen: leader.index, ..ladder.report };
-    Ok((leader.f, leader.winding, report))
+    Ok((leader.f, leader.winding, ladder.report))
 }
 
 /// Cells narrower than the median distance of the points over this share resolve noise only.
@@ -340,7 +338,7 @@ impl<const D: usize> Ladder<'_, D> {
         let weight = self.options.third_order_weight(UNIT_RATIO);
         let points = (&*of_heard(self.points), &*areas);
         let found = unit_normals(points, weight, (&starts.0, &starts.1), &knots, &self.options.cancel)?;
-        let Some((f, evaluations, mut report)) = found else { return Ok(()) };
+        let Some((f, evaluations, report)) = found else { return Ok(()) };
         debug!(?report, "unit normals");
         let is_lower = report.from_eigenvector < LOWER * report.from_leader;
         if report.agree() || is_lower {
@@ -348,8 +346,7 @@ impl<const D: usize> Ladder<'_, D> {
             let trial = Trial { order: 3, halvings: UNIT_HALVINGS, unknowns: f.as_flat().len(), ratio: UNIT_RATIO };
             let other = self.assess((f, evaluations), trial, Start::UnitNormals)?;
             if self.is_held(&other.f) && other.verdict.beyond_noise <= most {
-                self.leader = Some(other);
-                report.taken = true;
+                self.lead(other);
             }
         }
         self.report.unit_normals = Some(report);
@@ -366,7 +363,7 @@ impl<const D: usize> Ladder<'_, D> {
                 rung.oriented(normals, matches!(self.options.normals, KnownNormals::Trust(_)))
             }
             (Start::Leader, Some(leader), _) => {
-                rung.continued(&leader.f, self.report.candidates[leader.index].halvings)
+                rung.continued(&leader.f, self.report.candidates[self.report.chosen].halvings)
             }
             _ => rung.spectral(),
         };
@@ -406,9 +403,15 @@ impl<const D: usize> Ladder<'_, D> {
                 None => true,
             };
         if is_better {
-            self.leader = Some(other);
+            self.lead(other);
         }
         Ok(verdict)
+    }
+
+    /// Makes the candidate that was reported last the best so far.
+    fn lead(&mut self, other: Leader<D>) {
+        self.report.chosen = self.report.candidates.len() - 1;
+        self.leader = Some(other);
     }
 
     /// Reports a candidate, with what the referee and its distances say of it.
@@ -429,7 +432,6 @@ impl<const D: usize> Ladder<'_, D> {
         debug!(order, halvings, unknowns, ratio, ?start, iterations, score, noise, own_noise, off, layers, "candidate");
         let (beyond_noise, layered) = (judgement.beyond_noise(seen), layers.is_some_and(|layers| layers > LAYERED));
         let verdict = Verdict { score, beyond_noise, ratio, noise: seen, own_noise, off, layered };
-        let index = self.report.candidates.len();
         self.report.candidates.push(Candidate {
             order,
             halvings,
@@ -442,7 +444,7 @@ impl<const D: usize> Ladder<'_, D> {
             judgement,
         });
         let began = start == Start::Leader && self.leader.as_ref().is_some_and(|leader| leader.third_order);
-        Ok(Leader { f, index, verdict, winding, distances, third_order: order == 3 || began })
+        Ok(Leader { f, verdict, winding, distances, third_order: order == 3 || began })
     }
 
     /// Whether the nodes on which the sign is read afterwards can hold what third order found.

@@ -29,8 +29,6 @@ pub struct UnitNormals {
     pub agreement: f64,
     /// Whether the function of the lower one is positive on all faces of the box, as outside of a closed surface.
     pub closed: bool,
-    /// Whether f̂ has these normals.
-    pub taken: bool,
 }
 
 /// Two searches agree where no more normals differ than one in a hundred.
@@ -87,7 +85,8 @@ impl LadderReport {
 
     /// Whether f̂ has unit normals that were found from two starts.
     pub fn has_agreed(&self) -> bool {
-        self.unit_normals.as_ref().is_some_and(|found| found.taken && found.agree())
+        let has_them = self.choice().is_some_and(|choice| choice.start == Start::UnitNormals);
+        has_them && self.unit_normals.as_ref().is_some_and(UnitNormals::agree)
     }
 
     /// With the candidates of another ladder after its own, of which that one's is chosen.

@@ -51,7 +51,6 @@ pub(crate) fn unit_normals<const D: usize>(
         from_eigenvector: found.spectral.energy,
         agreement: found.agreement(),
         closed: is_closed(&f),
-        taken: false,
     };
     Ok(Some((f, lower.evaluations, report)))
 }
