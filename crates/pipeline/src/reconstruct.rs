@@ -438,8 +438,7 @@ impl<const D: usize> Beginning<'_, D> {
     }
 
     /// f̂ for points that are heard, and the ground that it was found on: where few points have no convincing sides without those that lie on no
-    /// surface with others, these may well be a sparse part of it, and all are heard if that gives better ones, or
-    /// unit normals of least energy that agree.
+    /// surface with others, these may well be a sparse part of it, and all are heard if that gives better ones, or unit normals that agree.
     fn sides(
         &self,
         ground: Ground<D>,
