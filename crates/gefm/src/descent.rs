@@ -176,7 +176,7 @@ mod tests {
             let turn = dot(&pair[0], &pair[1]).acos();
             assert!((turn * 30.0 / std::f64::consts::FRAC_PI_2 - 1.0).abs() < 0.1, "{turn}");
         }
-        // A condition number of 1e4; steepest descent would take about as many steps.
+        // The condition number is about 1e4, and so would be the steps of steepest descent.
         assert!(found.evaluations < 300, "{}", found.evaluations);
         let again = descend(|v| chain(v, ends), &found.vectors, &CancelToken::new()).unwrap().unwrap();
         assert!(again.energy <= found.energy && again.energy > (1.0 - 1e-4) * found.energy);

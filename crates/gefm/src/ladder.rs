@@ -79,10 +79,7 @@ fn climb_among_threads<const D: usize>(
     base: &[KnotVector; D],
     options: &LadderOptions<D>,
 ) -> Result<(Spline<D>, Vec<f64>, LadderReport), GefmError> {
-    let mut knots = base.clone();
-    for _ in 0..options.first {
-        knots = knots.each_ref().map(KnotVector::halved);
-    }
+    let knots = halved(base, options.first);
     let referee = Referee::new(points, areas, options.spacing, options.density, &knots)?;
     let report = LadderReport::default();
     let heard: Vec<usize> = (0..points.len()).filter(|i| areas[*i] > 0.0).collect();
@@ -97,6 +94,11 @@ fn climb_among_threads<const D: usize>(
     }
     let Some(leader) = ladder.leader else { return Err(ladder.failure.unwrap_or(GefmError::NoGradient)) };
     Ok((leader.f, leader.winding, ladder.report))
+}
+
+/// The lattice after so many halvings of `base`.
+fn halved<const D: usize>(base: &[KnotVector; D], halvings: u32) -> [KnotVector; D] {
+    (0..halvings).fold(base.clone(), |knots, _| knots.each_ref().map(KnotVector::halved))
 }
 
 /// Cells narrower than the median distance of the points over this share resolve noise only.
@@ -331,10 +333,7 @@ impl<const D: usize> Ladder<'_, D> {
         let of_heard = |all: &[[f64; D]]| self.heard.iter().map(|i| all[*i]).collect::<Vec<_>>();
         let areas: Vec<f64> = self.heard.iter().map(|i| self.areas[*i]).collect();
         let starts = (of_heard(&self.directions()), of_heard(&self.away_from_centroid()));
-        let mut knots = self.base.clone();
-        for _ in 0..UNIT_HALVINGS {
-            knots = knots.each_ref().map(KnotVector::halved);
-        }
+        let knots = halved(self.base, UNIT_HALVINGS);
         let weight = self.options.third_order_weight(UNIT_RATIO);
         let points = (&*of_heard(self.points), &*areas);
         let found = unit_normals(points, weight, (&starts.0, &starts.1), &knots, &self.options.cancel)?;

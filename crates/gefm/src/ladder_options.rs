@@ -26,7 +26,8 @@ impl<const D: usize> KnownNormals<D> {
     }
 }
 
-/// Settings of candidates whose fairness is of third order: for few points, of which that of second order makes no thin parts.
+/// Settings of candidates whose fairness is of third order, on lattices or with unit normals: for few points, of which that of second order
+/// makes no thin parts.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ThirdOrderOptions {
     /// Their smoothing lengths, in spacings.

@@ -45,6 +45,7 @@ mod ladder;
 mod ladder_options;
 mod ladder_report;
 mod lanczos;
+mod lattice_nodes;
 mod noise;
 mod normal_solver;
 mod orientation;

@@ -3,6 +3,8 @@
 use rayon::prelude::*;
 use zeroset_bspline::KnotVector;
 
+use crate::lattice_nodes::node;
+
 /// The coefficients of cubic B-splines on uniform knots whose sum is f to fourth order, exactly if f is a cubic polynomial (de Boor and Fix
 /// 1973): `(−f(tᵢ − h) + 8 f(tᵢ) − f(tᵢ + h)) / 6` along each axis, tᵢ the middle knot of a function and h the knots' distance.
 /// So f is sampled a cell beyond the domain.
@@ -15,16 +17,8 @@ pub(crate) fn quasi_interpolant<const D: usize>(
         (0..knots.basis_count() + 2).map(|k| first + (k as f64 - 1.0) * step).collect::<Vec<_>>()
     });
     let mut shape = axes.each_ref().map(Vec::len);
-    let place = |flat: usize| {
-        let (mut rest, mut x) = (flat, [0.0; D]);
-        for axis in (0..D).rev() {
-            x[axis] = axes[axis][rest % axes[axis].len()];
-            rest /= axes[axis].len();
-        }
-        x
-    };
     let count: usize = shape.iter().product();
-    let mut values: Vec<f64> = (0..count).into_par_iter().map(|flat| f(&place(flat))).collect();
+    let mut values: Vec<f64> = (0..count).into_par_iter().map(|flat| f(&node(&axes, flat))).collect();
     for axis in 0..D {
         let after: usize = shape[axis + 1..].iter().product();
         let before: usize = shape[..axis].iter().product();

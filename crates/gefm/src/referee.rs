@@ -18,6 +18,7 @@ use zeroset_winding::{Options, Tree};
 
 use crate::error::GefmError;
 use crate::gradient_form::area_vectors;
+use crate::lattice_nodes::{lattice_nodes, node};
 
 /// Nodes nearer to the points than so many spacings are not looked at: there W is rough.
 const CLEAR: f64 = 2.0;
@@ -85,11 +86,7 @@ impl<'a, const D: usize> Referee<'a, D> {
     ) -> Result<Self, GefmError> {
         let away = Tree::new(points, Options::default())?;
         let near = Tree::new(points, Options { regularisation: spacing, ..Options::default() })?;
-        let axes: [Vec<f64>; D] = knots.each_ref().map(|knots| {
-            let mut nodes: Vec<f64> = knots.cells().map(|(_, low, _)| low).collect();
-            nodes.push(knots.domain().1);
-            nodes
-        });
+        let axes = lattice_nodes(knots);
         let (mut nodes, mut weights) = (Vec::new(), Vec::new());
         if let Ok(tree) = ImmutableKdTree::<f64, D>::new_from_slice(points) {
             let count: usize = axes.iter().map(Vec::len).product();
@@ -152,15 +149,6 @@ impl<'a, const D: usize> Referee<'a, D> {
 }
 
 /// The node of a lattice at this place in C order.
-fn node<const D: usize>(axes: &[Vec<f64>; D], mut flat: usize) -> [f64; D] {
-    let mut x = [0.0; D];
-    for (x, axis) in x.iter_mut().zip(axes).rev() {
-        *x = axis[flat % axis.len()];
-        flat /= axis.len();
-    }
-    x
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -10,7 +10,7 @@ use faer::linalg::lu::partial_pivoting::solve::{solve_in_place, solve_in_place_s
 use faer::linalg::matmul::triangular::{BlockStructure, matmul};
 use faer::linalg::triangular_solve::{solve_lower_triangular_in_place, solve_upper_triangular_in_place};
 use faer::{Accum, ColMut, Mat, MatMut, Par};
-use zeroset_bspline::{Collocation, Derivatives, KnotVector, Spline};
+use zeroset_bspline::{Collocation, KnotVector, Spline};
 use zeroset_watch::CancelToken;
 
 use crate::descent::{Descent, descend};
@@ -18,6 +18,7 @@ use crate::error::GefmError;
 use crate::fit::normalise;
 use crate::ladder_report::UnitNormals;
 use crate::lanczos::{dot, smallest_eigenpair};
+use crate::lattice_nodes::lattice_nodes;
 use crate::quasi_interpolation::quasi_interpolant;
 
 /// Two normals agree where they are no farther apart than 25 degrees.
@@ -165,12 +166,18 @@ impl<const D: usize> NormalEnergy<D> {
 
     /// The form of gradients, and its gradient.
     fn of(&self, gradients: &[f64]) -> (f64, Vec<f64>) {
-        let mut solved = gradients.to_vec();
-        solve_lower_triangular_in_place(self.factor.as_ref(), column(&mut solved), Par::Seq);
-        let energy = dot(&solved, &solved);
-        solve_upper_triangular_in_place(self.factor.transpose(), column(&mut solved), Par::Seq);
-        solved.iter_mut().for_each(|v| *v *= 2.0);
-        (energy, solved)
+        let (energy, mut slope) = self.solved(gradients);
+        slope.iter_mut().for_each(|v| *v *= 2.0);
+        (energy, slope)
+    }
+
+    /// The form of gradients, and the β that gives them.
+    fn solved(&self, gradients: &[f64]) -> (f64, Vec<f64>) {
+        let mut beta = gradients.to_vec();
+        solve_lower_triangular_in_place(self.factor.as_ref(), column(&mut beta), Par::Seq);
+        let energy = dot(&beta, &beta);
+        solve_upper_triangular_in_place(self.factor.transpose(), column(&mut beta), Par::Seq);
+        (energy, beta)
     }
 
     /// The inverse of the form, applied.
@@ -187,9 +194,7 @@ impl<const D: usize> NormalEnergy<D> {
 
     /// The coefficients of cubic B-splines on uniform knots whose sum is the function of least energy with these normals, to fourth order.
     fn coefficients(&self, normals: &[[f64; D]], knots: &[KnotVector; D]) -> Vec<f64> {
-        let mut beta = normals.as_flattened().to_vec();
-        solve_lower_triangular_in_place(self.factor.as_ref(), column(&mut beta), Par::Seq);
-        solve_upper_triangular_in_place(self.factor.transpose(), column(&mut beta), Par::Seq);
+        let (_, mut beta) = self.solved(normals.as_flattened());
         let mut alpha = vec![0.0; self.response.nrows()];
         let whole = BlockStructure::Rectangular;
         let (response, to) = (self.response.as_ref(), column(&mut alpha));
@@ -210,23 +215,12 @@ impl<const D: usize> NormalEnergy<D> {
 
 /// Whether f is positive at the ends of all knot intervals on the faces of its box.
 fn is_closed<const D: usize>(f: &Spline<D>) -> bool {
-    let breakpoints = f.knots().each_ref().map(|knots| {
-        let (first, last) = knots.domain();
-        knots.cells().map(move |(_, low, _)| low.max(first)).chain([last]).collect::<Vec<_>>()
-    });
-    let count: usize = breakpoints.iter().map(Vec::len).product();
-    let on_face = |flat: usize| {
-        let (mut rest, mut x, mut is_on) = (flat, [0.0; D], false);
-        for (x, along) in x.iter_mut().zip(&breakpoints) {
-            let i = rest % along.len();
-            is_on |= i == 0 || i == along.len() - 1;
-            *x = along[i];
-            rest /= along.len();
-        }
-        is_on.then_some(x)
-    };
-    let faces: Vec<[f64; D]> = (0..count).filter_map(on_face).collect();
-    f.evaluate(&faces, Derivatives::Value).values.iter().all(|value| *value > 0.0)
+    let nodes = lattice_nodes(f.knots());
+    (0..D).all(|axis| {
+        let mut faces = nodes.clone();
+        faces[axis] = <[f64; 2]>::from(f.knots()[axis].domain()).to_vec();
+        f.sample(&faces, [0; D]).iter().all(|value| *value > 0.0)
+    })
 }
 
 fn column(vector: &mut [f64]) -> MatMut<'_, f64> {
