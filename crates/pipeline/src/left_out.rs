@@ -31,9 +31,10 @@ pub fn kept<const D: usize>(points: &[[f64; D]], off: &[bool]) -> Vec<[f64; D]> 
 pub fn isolated<const D: usize>(points: &[[f64; D]], spacing: Spacing) -> (Vec<bool>, Vec<[f64; D]>, Spacing) {
     let mut isolated = vec![false; points.len()];
     let (mut rest, mut rest_spacing) = (points.to_vec(), spacing.clone());
+    let keeps_apart = spacing.far_ones_keep_apart(points);
     // Among many strays some look like a surface together, until the others are gone.
     for _ in 0..ROUNDS {
-        let found = rest_spacing.isolated(&rest);
+        let found = rest_spacing.isolated(&rest, keeps_apart);
         if !found.contains(&true) {
             break;
         }
