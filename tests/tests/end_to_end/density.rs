@@ -1,8 +1,11 @@
-//! A cloud that is a hundred times denser in one part gets finer cells there.
+//! Clouds that are many times denser in one part: it gets finer cells, and the other part stays.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 use zeroset::{Options, extract_surface, reconstruct};
+use zeroset_tests::Random;
+
+use crate::tori::torus;
 
 /// The dense part is where z is above this: 3 % of the sphere.
 const CAP: f64 = 0.94;
@@ -68,4 +71,24 @@ fn cells_are_finer_where_points_are_denser() {
     assert!(sparse_side > 3.0 * dense_side, "{sparse_side} {dense_side}");
     // Triangles match them.
     assert!(sparse_edge > 0.5 * (sparse_side / dense_side) * dense_edge, "{sparse_edge} {dense_edge}");
+}
+
+/// A slender ring whose one half has a thirtieth of the density: the points of that half, as far apart as it is thick, were taken for strays, most of
+/// them, for in space twelve of them are as round as those.
+#[test]
+fn a_sparse_half_is_no_heap_of_strays() {
+    for seed in 0..2 {
+        let (dense, rest): (Vec<[f64; 3]>, Vec<_>) =
+            torus(0.25, 8000, &mut Random(seed)).into_iter().partition(|point| point[0] > 0.0);
+        let points: Vec<[f64; 3]> = dense.into_iter().chain(rest.into_iter().step_by(30)).collect();
+        let mut result = reconstruct(&points, &Options::default()).unwrap();
+        let (mesh, topology) = extract_surface(&mut result).unwrap();
+        let what = format!("seed {seed}: {topology:?}, {:?} {:?}", result.report.warnings, result.report.doubt);
+        assert!(topology.closed && topology.components == 1 && topology.genus == 1, "{what}");
+        // Some at the two borders, where neighbours differ five- to sixfold, still are.
+        assert!(result.report.input.outliers <= 6, "{what}: {}", result.report.input.outliers);
+        // Found 0.3 %. With 121 points left out it was a bow, and a third less.
+        let share = mesh.enclosed_volume() / (PI * 0.25 * 0.25 * TAU);
+        assert!((share - 1.0).abs() < 0.02, "{what}: {share}");
+    }
 }
