@@ -148,7 +148,6 @@ impl<'a, const D: usize> Referee<'a, D> {
     }
 }
 
-/// The node of a lattice at this place in C order.
 #[cfg(test)]
 mod tests {
     use super::*;
