@@ -31,7 +31,7 @@ impl Spacing {
     /// The points must be distinct and finite, and at least two.
     pub fn of<const D: usize>(points: &[[f64; D]]) -> Self {
         let k = NEIGHBOURS.min(points.len() - 1);
-        let factor = if D == 2 { 2.0 / k as f64 } else { (std::f64::consts::PI / k as f64).sqrt() };
+        let factor = per_distance::<D>(k);
         let tree = tree_of(points);
         // The point itself is among its own neighbours.
         let wanted = NonZero::<usize>::MIN.saturating_add(k);
@@ -103,11 +103,16 @@ impl Spacing {
                 if nearest > ALONE * usual && beside() {
                     return true;
                 }
-                let may_be_strewn = !keeps_apart && (D == 3 || local > FAR_IN_PLANE * self.typical);
+                if local <= far {
+                    return false;
+                }
+                let contrasts = local > 0.8 * FAR * usual;
                 let rounder_than = |limit: f64| roundness(points, &indices) > limit;
-                local > far
-                    && ((local > 0.8 * FAR * usual && (!keeps_apart || rounder_than(FLAT)))
-                        || (may_be_strewn && rounder_than(ROUND)))
+                if keeps_apart {
+                    return contrasts && rounder_than(FLAT);
+                }
+                let strewn = D == 3 || local > FAR_IN_PLANE * self.typical;
+                contrasts || strewn && rounder_than(ROUND)
             })
             .collect()
     }
@@ -115,23 +120,21 @@ impl Spacing {
     /// Whether hardly any of the other points has one that is far from its neighbours about it: as near as six such points are to each
     /// other. What is strewn over the box is near all of them. Not in the plane.
     pub fn far_ones_keep_apart<const D: usize>(&self, points: &[[f64; D]]) -> bool {
-        let (far, others): (Vec<usize>, Vec<usize>) =
-            (0..points.len()).partition(|i| self.local[*i] > FAR * self.typical);
+        let is_far = |i: &usize| self.local[*i] > FAR * self.typical;
+        let (far, others): (Vec<usize>, Vec<usize>) = (0..points.len()).partition(is_far);
         if D == 2 || far.len() <= VICINITY {
             return false;
         }
-        let tree = tree_of(&far.iter().map(|i| points[*i]).collect::<Vec<_>>());
-        let within = |i: &usize, count: usize| {
-            let wanted = NonZero::<usize>::MIN.saturating_add(count - 1);
-            let found = tree.query(&points[*i]).nearest_n::<SquaredEuclidean<f64>>(wanted).execute();
-            found.iter().map(|n| n.distance).fold(0.0, f64::max)
-        };
-        let mut sixth: Vec<f64> = far.par_iter().map(|i| within(i, NEIGHBOURS + 1)).collect();
-        sixth.sort_unstable_by(f64::total_cmp);
-        let reach = sixth[sixth.len() / 2];
-        let near = others.par_iter().filter(|i| within(i, 1) < reach).count();
+        let [far, others] = [far, others].map(|indices| indices.iter().map(|i| points[*i]).collect::<Vec<_>>());
+        let reach = Self::of(&far).typical / per_distance::<D>(NEIGHBOURS);
+        let near = distances_to(&far, &others).iter().filter(|distance| **distance < reach).count();
         (near as f64) < AMONG * others.len() as f64
     }
+}
+
+/// The spacing of points whose k-th neighbour is at a distance of 1.
+fn per_distance<const D: usize>(k: usize) -> f64 {
+    if D == 2 { 2.0 / k as f64 } else { (std::f64::consts::PI / k as f64).sqrt() }
 }
 
 /// Whether some places are all on one side of a point: seen from there no two are in directions more than 120° apart.
