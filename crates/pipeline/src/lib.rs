@@ -57,6 +57,7 @@ mod fragile;
 mod frame;
 mod hole_filling;
 mod inventions;
+mod isolated;
 mod kd_tree;
 mod known_normals;
 mod lattices;
