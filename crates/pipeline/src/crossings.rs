@@ -58,6 +58,16 @@ pub fn gaps<const D: usize>(crossings: &[[f64; D]], points: &[[f64; D]], scale: 
     crossings.iter().filter(|site| square(*site) > (NEAR * scale).powi(2)).copied().collect()
 }
 
+/// Share of the crossings within `reach` of the nearest of the points, each of which has its own. None of none are.
+pub fn supported_share<const D: usize>(crossings: &[[f64; D]], points: &[[f64; D]], reach: &[f64]) -> f64 {
+    let Ok(tree) = ImmutableKdTree::<f64, D>::new_from_slice(points) else { return 0.0 };
+    let supported = |crossing: &&[f64; D]| {
+        let nearest = tree.query(crossing).nearest_one::<SquaredEuclidean<f64>>().execute();
+        nearest.distance.sqrt() <= reach[nearest.item as usize]
+    };
+    crossings.iter().filter(supported).count() as f64 / crossings.len().max(1) as f64
+}
+
 /// How far points may lie from the crossings: those of their own surface are nearer.
 #[derive(Debug, Clone, Copy)]
 pub struct Closeness<'a, const D: usize> {
@@ -112,6 +122,14 @@ mod tests {
         assert_eq!(sites.len(), 8);
         // A linear root, up to rounding.
         assert!(sites.iter().all(|site| (site[0] - 0.3).abs() < 1e-15 && site[1] % 1.5 != 0.0));
+    }
+
+    #[test]
+    fn each_point_supports_what_it_reaches() {
+        let crossings: Vec<[f64; 2]> = (0..8).map(|i| [f64::from(i), 0.0]).collect();
+        let share = |reach: &[f64]| supported_share(&crossings, &[[0.0, 0.0], [7.0, 0.0]], reach);
+        assert_eq!([share(&[1.0, 3.0]), share(&[1.0, 1.0]), share(&[9.0, 9.0])], [0.75, 0.5, 1.0]);
+        assert_eq!(supported_share(&[], &crossings, &[1.0; 8]), 0.0);
     }
 
     #[test]

@@ -8,7 +8,7 @@ use zeroset_lsq_init as lsq_init;
 use zeroset_watch::{CancelToken, Watch};
 
 use crate::calibration::{calibrated, distance_figures};
-use crate::crossings::{Closeness, crossings, gaps};
+use crate::crossings::{Closeness, crossings, gaps, supported_share};
 use crate::denoising::denoised;
 use crate::domain::Domain;
 use crate::error::ReconstructError;
@@ -224,14 +224,14 @@ pub(crate) fn road<const D: usize>(
     let mut distance = road.stage("distance", || unsigned_distance(sites, &domain, halvings, options))?;
 
     // Data support the zero set where they lie within a cell and a spacing of both ends of a lattice edge.
-    let reach = 1.5 * cell.max(spacing.typical) + cell;
+    let reach = |spacing: f64| 1.5 * cell.max(spacing) + cell;
     let mut no_room = false;
     let (phi, off) = road.stage("sign", || {
         let mut field = match agreed {
             true => SignField::of(&f_hat, &domain, halvings),
             false => sign_field(&f_hat, few, few_spacing, &domain, halvings, &distance, calibration)?,
         };
-        let (mut phi, mut report) = synthesize(&field, &distance, reach);
+        let (mut phi, mut report) = synthesize(&field, &distance, reach(spacing.typical));
         let mut places = crossings(&field.value, &phi, &nodes);
         let closeness = Closeness { points: &heard, local: &spacing.local, detail: cell.max(smoothed), noise };
         let off = closeness.off_the_surface(&places);
@@ -241,7 +241,7 @@ pub(crate) fn road<const D: usize>(
             let (guide, lattice) = ((&f_hat, ratio), (&domain, halvings));
             match fill_holes(&mut field, &places, &sites, guide, lattice, &memory)? {
                 Filling::Filled(nodes_filled) => {
-                    let (filled, found) = synthesize(&field, &distance, reach);
+                    let (filled, found) = synthesize(&field, &distance, reach(spacing.typical));
                     let crossed = crossings(&field.value, &filled, &nodes);
                     // Unless little is left of a shape that was all hole.
                     if closeness.is_kept(&crossed, &places) {
@@ -252,6 +252,9 @@ pub(crate) fn road<const D: usize>(
                 Filling::NoHoles => {}
             }
         }
+        // Between sparse points it runs where points are, too.
+        let local = spacing.smoothed(&heard).into_iter().map(|local| reach(local.max(spacing.typical)));
+        report.supported = supported_share(&places, &heard, &local.collect::<Vec<_>>());
         let gaps = gaps(&places, &sites, cell.max(spacing.typical));
         if !gaps.is_empty() || sites.len() < heard.len() {
             (distance, _) = unsigned_distance(&[sites, gaps].concat(), &domain, halvings, options)?;
