@@ -271,7 +271,8 @@ struct Closes {
     extent: f64,
     /// The same as a share of all.
     share: f64,
-    /// Share of the vertices that are farther than four spacings (or two cells, if those are larger) from every point.
+    /// Share of the vertices that are farther than four spacings (or two cells, if those are larger) from every point, and than
+    /// four of those around the nearest one.
     stray: f64,
 }
 
@@ -287,10 +288,11 @@ impl Closes {
         let [extent, all] = measure();
         let cell = reconstruction.domain.spacing(reconstruction.halvings);
         let spacing = reconstruction.report.input.spacing * reconstruction.frame.scale;
-        let reach = (4.0 * spacing).max(2.0 * cell);
+        let reach = (FAR * spacing).max(2.0 * cell);
+        let is_far = |near: &Nearest| near.distance > reach && near.spacings() > FAR;
         // A point that was not fitted may be nearer.
         let candidates: Vec<[f64; D]> =
-            vertices.iter().zip(nearest).filter(|(_, near)| near.distance > reach).map(|(vertex, _)| *vertex).collect();
+            vertices.iter().zip(nearest).filter(|(_, near)| is_far(near)).map(|(vertex, _)| *vertex).collect();
         let far = distances_to(&reconstruction.points, &candidates).into_iter().filter(|&d| d > reach).count();
         let share = if all > 0.0 { extent / all } else { 0.0 };
         Self { extent, share, stray: far as f64 / vertices.len().max(1) as f64 }
@@ -313,6 +315,8 @@ fn uncovered<const D: usize>(points: &[[f64; D]], vertices: &[[f64; D]], nearest
     far as f64 / points.len() as f64
 }
 
+/// A vertex is away from all points if it is farther from them than so many spacings.
+const FAR: f64 = 4.0;
 /// Above this share of vertices away from all points, a warning is given. (Holes of a few percent are closed without one: the
 /// share is in the report, and what is wrong there shows elsewhere.)
 const STRAY_TOLERATED: f64 = 0.08;

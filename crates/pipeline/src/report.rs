@@ -170,7 +170,7 @@ pub struct ExtractionReport {
     /// Cells and decisions.
     #[serde(flatten)]
     pub found: zeroset_isosurface::Report,
-    /// Share of the vertices farther than four spacings from every point.
+    /// Share of the vertices farther from every point than four spacings, the typical one and the one around the nearest.
     pub unsupported: f64,
     /// Share of the points farther than two spacings from every vertex.
     pub uncovered: f64,

@@ -45,6 +45,13 @@ pub struct Nearest {
     pub remoteness: f64,
 }
 
+impl Nearest {
+    /// How far it is, in the spacings around it.
+    pub fn spacings(&self) -> f64 {
+        FARTHEST * self.remoteness
+    }
+}
+
 impl<'a, const D: usize> Support<'a, D> {
     /// The points must be distinct and finite, and at least two.
     pub fn new(points: &'a [[f64; D]], spacing: &Spacing) -> Self {
