@@ -40,7 +40,7 @@ pub fn isolated<const D: usize>(points: &[[f64; D]], spacing: Spacing) -> (Vec<b
     let sparse = SparsePart::of(points, &spacing);
     // Among many strays some look like a surface together, until the others are gone.
     for _ in 0..ROUNDS {
-        let found = alone(&rest, &rest_spacing, sparse.as_ref());
+        let found = found_once(&rest, &rest_spacing, sparse.as_ref());
         if !found.contains(&true) {
             break;
         }
@@ -64,7 +64,7 @@ pub fn isolated<const D: usize>(points: &[[f64; D]], spacing: Spacing) -> (Vec<b
 ///
 /// However a `sparse` part of it is bent, its points are no volume. Those that contrast with their neighbours, as they do beside the
 /// border of a dense part, are not isolated either where they continue it or have others of the sparse part about them.
-fn alone<const D: usize>(points: &[[f64; D]], spacing: &Spacing, sparse: Option<&SparsePart<D>>) -> Vec<bool> {
+fn found_once<const D: usize>(points: &[[f64; D]], spacing: &Spacing, sparse: Option<&SparsePart<D>>) -> Vec<bool> {
     if points.len() <= 2 * VICINITY {
         return vec![false; points.len()];
     }
@@ -155,10 +155,10 @@ fn one_sided<const D: usize>(point: &[f64; D], places: impl Iterator<Item = [f64
 mod tests {
     use super::*;
 
-    /// Found in one round.
+    /// Which are found in the first round.
     fn isolated_once<const D: usize>(points: &[[f64; D]]) -> Vec<bool> {
         let spacing = Spacing::of(points);
-        alone(points, &spacing, SparsePart::of(points, &spacing).as_ref())
+        found_once(points, &spacing, SparsePart::of(points, &spacing).as_ref())
     }
 
     #[test]
