@@ -58,12 +58,19 @@ pub fn gaps<const D: usize>(crossings: &[[f64; D]], points: &[[f64; D]], scale: 
     crossings.iter().filter(|site| square(*site) > (NEAR * scale).powi(2)).copied().collect()
 }
 
-/// Share of the crossings within `reach` of the nearest of the points, each of which has its own. None of none are.
-pub fn supported_share<const D: usize>(crossings: &[[f64; D]], points: &[[f64; D]], reach: &[f64]) -> f64 {
+/// Share of the crossings within reach of the nearest of the points: as far as `least` all of them reach, and each as far as `reach` says,
+/// which is asked of no others than those that matter. None of none are.
+pub fn supported_share<const D: usize>(
+    crossings: &[[f64; D]],
+    points: &[[f64; D]],
+    least: f64,
+    reach: impl Fn(usize) -> f64,
+) -> f64 {
     let Ok(tree) = ImmutableKdTree::<f64, D>::new_from_slice(points) else { return 0.0 };
     let supported = |crossing: &&[f64; D]| {
         let nearest = tree.query(crossing).nearest_one::<SquaredEuclidean<f64>>().execute();
-        nearest.distance.sqrt() <= reach[nearest.item as usize]
+        let distance = nearest.distance.sqrt();
+        distance <= least || distance <= reach(nearest.item as usize)
     };
     crossings.iter().filter(supported).count() as f64 / crossings.len().max(1) as f64
 }
@@ -127,9 +134,9 @@ mod tests {
     #[test]
     fn each_point_supports_what_it_reaches() {
         let crossings: Vec<[f64; 2]> = (0..8).map(|i| [f64::from(i), 0.0]).collect();
-        let share = |reach: &[f64]| supported_share(&crossings, &[[0.0, 0.0], [7.0, 0.0]], reach);
+        let share = |reach: &[f64]| supported_share(&crossings, &[[0.0, 0.0], [7.0, 0.0]], 0.0, |i| reach[i]);
         assert_eq!([share(&[1.0, 3.0]), share(&[1.0, 1.0]), share(&[9.0, 9.0])], [0.75, 0.5, 1.0]);
-        assert_eq!(supported_share(&[], &crossings, &[1.0; 8]), 0.0);
+        assert_eq!(supported_share(&[], &crossings, 1.0, |_| 1.0), 0.0);
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! The road: points → frame → f̂ → distance → φ → initial shape → f*.
 
+use std::cell::LazyCell;
 use std::time::Instant;
 
 use zeroset_bspline::{CellBand, Derivatives, HierarchicalSpline, Spline};
@@ -253,8 +254,8 @@ pub(crate) fn road<const D: usize>(
             }
         }
         // Between sparse points it runs where points are, too.
-        let local = spacing.smoothed(&heard).into_iter().map(|local| reach(local.max(spacing.typical)));
-        report.supported = supported_share(&places, &heard, &local.collect::<Vec<_>>());
+        let local = LazyCell::new(|| spacing.smoothed(&heard));
+        report.supported = supported_share(&places, &heard, reach(spacing.typical), |i| reach(local[i]));
         let gaps = gaps(&places, &sites, cell.max(spacing.typical));
         if !gaps.is_empty() || sites.len() < heard.len() {
             (distance, _) = unsigned_distance(&[sites, gaps].concat(), &domain, halvings, options)?;
