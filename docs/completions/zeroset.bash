@@ -399,7 +399,7 @@ _zeroset() {
             return 0
             ;;
         zeroset__subcmd__reconstruct)
-            opts="-o -q -h --format --normals --box --plane --output --oriented --up --report --resolution --smooth --open --margin --degree --topology --distance --memory --time --no-refine --accept-doubt --quiet --threads --help"
+            opts="-o -q -h --format --normals --box --plane --output --oriented --up --report --resolution --smooth --robust --open --margin --degree --topology --distance --memory --time --no-refine --accept-doubt --quiet --threads --help"
             if [[ ${cur} == -* || ${COMP_CWORD} -eq 2 ]] ; then
                 COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
                 return 0
@@ -446,6 +446,10 @@ _zeroset() {
                     return 0
                     ;;
                 --smooth)
+                    COMPREPLY=($(compgen -f "${cur}"))
+                    return 0
+                    ;;
+                --robust)
                     COMPREPLY=($(compgen -f "${cur}"))
                     return 0
                     ;;

@@ -164,6 +164,7 @@ fn options(resolution: Option<usize>, random: &mut Random) -> Options {
         // Unless they are ignored, each point's normal leads from the origin to it.
         normals: if random.one_in(6) { [Normals::Hint, Normals::Trust][random.below(2)] } else { Normals::Ignore },
         margin: random.one_in(8).then(|| 0.6 * random.uniform()),
+        loss_length: random.one_in(16).then(|| 10f64.powf(-3.0 + 3.0 * random.uniform())),
     }
 }
 

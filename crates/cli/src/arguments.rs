@@ -114,6 +114,10 @@ pub struct Reconstruct {
     /// Smooth away detail below this length, in the unit of the points [default: automatic] [example: 0.5]
     #[arg(long, value_name = "LENGTH", allow_negative_numbers = true, help_heading = "Fit")]
     pub smooth: Option<f64>,
+    /// Take weight from points that lie farther off than their neighbours by about this length, in the unit of the points [default: automatic,
+    /// where the noise has heavy tails] [example: 0.2]
+    #[arg(long, value_name = "LENGTH", allow_negative_numbers = true, help_heading = "Fit")]
+    pub robust: Option<f64>,
     /// Leave open what the points leave open: the result ends where they do, within about two of their spacings, and holes
     /// larger than that stay [default: everything is closed]
     #[arg(long, help_heading = "Fit")]

@@ -179,6 +179,7 @@ fn options(arguments: &Reconstruct) -> zeroset::Options {
             Normals::Trust => zeroset::Normals::Trust,
         },
         smoothing: arguments.smooth,
+        loss_length: arguments.robust,
         margin: arguments.margin,
         distance: match arguments.distance {
             Distance::ClosestPoint => Method::ClosestPoint,

@@ -99,6 +99,7 @@ fn settings(arguments: &Reconstruct) -> Vec<Setting<'static>> {
     vec![
         given("--resolution", arguments.resolution.map(|n| format!("{n} cells")), "from the spacing of the points"),
         given("--smooth", arguments.smooth.map(|length| length.to_string()), "automatic"),
+        given("--robust", arguments.robust.map(|length| length.to_string()), "automatic"),
         given("--margin", arguments.margin.map(|length| length.to_string()), "a few cells"),
         standard("--normals", name_of(arguments.normals), "hint"),
         given("--plane", arguments.plane.map(name_of), "none"),

@@ -19,6 +19,9 @@ pub struct Options {
     /// Smoothing length ℓ of the final fit, in the data's unit: detail smaller than this is smoothed away. `None`: the
     /// iteration stops by itself.
     pub smoothing: Option<f64>,
+    /// Loss length of the final fit, in the data's unit: points that are farther off than their neighbours lose their weight from about this
+    /// on, as in [`HeavyTails`](crate::HeavyTails). `None`: least squares, or where the noise has heavy tails the length that suits them.
+    pub loss_length: Option<f64>,
     /// Room around the points in which the function is defined, at least, in the data's unit; up to half the longest side of their
     /// bounding box. `None`: one and a half of the coarsest cells.
     pub margin: Option<f64>,
@@ -42,6 +45,7 @@ impl Default for Options {
             topology: Topology::default(),
             normals: Normals::default(),
             smoothing: None,
+            loss_length: None,
             margin: None,
             distance: Method::default(),
             open: false,
@@ -91,6 +95,11 @@ impl Options {
         if let Some(length) = self.smoothing.filter(|length| !(length.is_finite() && *length > 0.0)) {
             return Err(ReconstructError::Option(format!(
                 "a smoothing length of {length} is not possible: it must be positive"
+            )));
+        }
+        if let Some(length) = self.loss_length.filter(|length| !(length.is_finite() && *length > 0.0)) {
+            return Err(ReconstructError::Option(format!(
+                "a loss length of {length} is not possible: it must be positive"
             )));
         }
         if let Some(margin) = self.margin.filter(|margin| !(margin.is_finite() && *margin >= 0.0)) {

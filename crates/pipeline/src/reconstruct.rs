@@ -16,6 +16,7 @@ use crate::error::ReconstructError;
 use crate::facing_sheets::facing_share;
 use crate::far_off::far_off;
 use crate::frame::{Frame, finite, not_flat};
+use crate::heavy_tails::HeavyTails;
 use crate::hole_filling::{Filling, fill_holes};
 use crate::isolated::isolated;
 use crate::known_normals::Known;
@@ -27,7 +28,7 @@ use crate::one_sided::turning;
 use crate::options::{Options, Topology};
 use crate::point::{Point, Reconstruct};
 use crate::redistancing::Redistancing;
-use crate::refinement::{self, Refinement};
+use crate::refinement::{self, Outcome, Refinement};
 use crate::report::{DistanceReport, FrameReport, InputReport, REPORT_VERSION, Report, StageFigures, StageReport};
 use crate::sides::{SPARSE, SideSearch, Sides};
 use crate::sign::{SignReport, synthesize};
@@ -274,7 +275,7 @@ pub(crate) fn road<const D: usize>(
         Ok((spline, StageFigures::InitialShape(report)))
     })?;
 
-    let (spline, initial) = if options.refine {
+    let (spline, initial, heavy_tails) = if options.refine {
         let settings = Refinement {
             points: &fitted,
             spacing: &fitted_spacing,
@@ -286,22 +287,32 @@ pub(crate) fn road<const D: usize>(
             band: band.as_ref(),
             distance: &distance,
             smoothing: options.smoothing.map(|length| length * frame.scale),
+            loss_length: options.loss_length.map(|length| length * frame.scale),
             cancel: &watch.cancel,
         };
-        let (spline, stray) = road.stage(if band.is_some() { "refinement" } else { "dense-refinement" }, || {
-            settings.run(&initial).map(|((spline, figures), stray)| ((spline, stray), figures))
-        })?;
+        let (spline, stray, heavy_tails) =
+            road.stage(if band.is_some() { "refinement" } else { "dense-refinement" }, || {
+                let Outcome { function: (spline, figures), stray, heavy_tails } = settings.run(&initial)?;
+                Ok(((spline, stray, heavy_tails), figures))
+            })?;
         (fitted, fitted_spacing) = without(&fitted, &stray, fitted_spacing);
         mark(&mut outliers, &stray);
-        (spline, Some(initial))
+        (spline, Some(initial), heavy_tails)
     } else {
-        (HierarchicalSpline::new(initial)?, None)
+        (HierarchicalSpline::new(initial)?, None, None)
     };
 
     let mut spline = calibrated(spline, &domain, halvings, &distance, fitted_spacing.typical)?;
 
     let coarse = domain.knots(options.degree, 0)?;
-    let trust = trust::judge(&spline, (&fitted, &fitted_spacing), (few, few_spacing), noise, &coarse, &frame)?;
+    let trust = trust::judge(
+        &spline,
+        (&fitted, &fitted_spacing),
+        (few, few_spacing),
+        (noise, heavy_tails.is_some()),
+        &coarse,
+        &frame,
+    )?;
     // What hangs on little is seen where f hardly leaves zero: afterwards it is as far from it as a distance would be.
     if let Some(band) = &band {
         let settings = Redistancing {
@@ -371,6 +382,7 @@ pub(crate) fn road<const D: usize>(
             outliers: left_out + points.len() - near.len(),
             spacing: spacing.typical / frame.scale,
             noise: noise / frame.scale,
+            heavy_tails: heavy_tails.map(|found| HeavyTails { loss_length: found.loss_length / frame.scale, ..found }),
         },
         frame: FrameReport {
             origin: frame.origin.to_vec(),

@@ -11,6 +11,7 @@ use zeroset_watch::CancelToken;
 use crate::anchor;
 use crate::domain::Domain;
 use crate::error::ReconstructError;
+use crate::heavy_tails::{HeavyTails, Noise};
 use crate::normals::normals;
 use crate::report::StageFigures;
 use crate::spacing::Spacing;
@@ -81,6 +82,10 @@ const CLEARLY: f64 = 0.25;
 const MOST_HELD: f64 = 0.01;
 /// but noise alone changes the topology at many places, of which the initial shape knows better: there it may be this share.
 const MOST_HELD_NOISY: f64 = 0.1;
+/// Where noise has heavy tails points are weighted again so often, and fitted: the second time those that are far off have not pulled.
+const REWEIGHTED: usize = 2;
+/// Points with less than this weight are counted.
+const HALF: f64 = 0.5;
 /// No more points than this share are dropped because the function has come to nothing around them,
 const MOST_STRAYS: f64 = 0.02;
 /// and changes are looked for so many spacings or cells, whatever is larger, around the points.
@@ -105,6 +110,8 @@ pub struct Refinement<'a, const D: usize> {
     pub distance: &'a ArrayD<f64>,
     /// The smoothing length that is wanted, if not what the data suggest.
     pub smoothing: Option<f64>,
+    /// The loss length that is wanted, if not what the noise suggests.
+    pub loss_length: Option<f64>,
     /// Ends the refinement early.
     pub cancel: &'a CancelToken,
 }
@@ -155,23 +162,37 @@ pub fn is_deep(noise: f64, spacing: &Spacing) -> bool {
     noise > DEEP * spacing.typical && spacing.local.len() >= FEW
 }
 
+/// What comes of refinement.
+pub struct Outcome<const D: usize> {
+    pub function: Function<D>,
+    /// Which points were not fitted in the end.
+    pub stray: Vec<bool>,
+    /// How points far off have lost their weight, in the frame.
+    pub heavy_tails: Option<HeavyTails>,
+}
+
 /// A refined function with its figures.
 pub type Function<const D: usize> = (HierarchicalSpline<D>, StageFigures);
 pub type Refined<const D: usize> = Result<Function<D>, ReconstructError>;
 
 impl<const D: usize> Refinement<'_, D> {
-    /// Level by level where there is a band, otherwise as the paper does it. Also says which points were not fitted in the end.
-    pub fn run(&self, initial: &Spline<D>) -> Result<(Function<D>, Vec<bool>), ReconstructError> {
+    /// Level by level where there is a band, otherwise as the paper does it.
+    pub fn run(&self, initial: &Spline<D>) -> Result<Outcome<D>, ReconstructError> {
         let mut stray = vec![false; self.points.len()];
-        let Some(band) = self.band else { return Ok((self.on_one_lattice(initial)?, stray)) };
-        let (mut sides, mut areas) = (trust_region::Sides::default(), self.areas());
+        let Some(band) = self.band else {
+            let fit = |areas: &[f64]| self.on_one_lattice(initial, areas);
+            let (function, _, heavy_tails) = self.reweighted(self.areas(), fit)?;
+            return Ok(Outcome { function, stray, heavy_tails });
+        };
+        let mut sides = trust_region::Sides::default();
         let few = self.points.len() < FEW;
         let left = if self.is_decided_by_noise() && !few { LEFT } else { 1.0 };
         if !few {
             // f̂ knows which wall is which where they are thinner than the cells.
             sides.normals = normals(self.f_hat, self.points, TELLING);
         }
-        let mut refined = self.on_levels(initial, band, &sides, &areas, left * self.noise)?;
+        let fit = |areas: &[f64]| self.on_levels(initial, band, &sides, areas, left * self.noise);
+        let (mut refined, mut areas, heavy_tails) = self.reweighted(self.areas(), fit)?;
         let mut known = None;
         if !few && left < 1.0 && !self.cancel.is_cancelled() {
             let found = self.changes(initial, &refined.0);
@@ -210,7 +231,34 @@ impl<const D: usize> Refinement<'_, D> {
             }
             refined = self.on_levels(initial, band, &sides, &areas, self.noise)?;
         }
-        Ok((self.twiced(refined, &sides, &areas)?, stray))
+        Ok(Outcome { function: self.twiced(refined, &sides, &areas)?, stray, heavy_tails })
+    }
+
+    /// A fit of all points with their areas, done again with less weight for those that are far off where their noise has heavy tails
+    /// (iteratively reweighted least squares). Also gives what they weigh in the end.
+    fn reweighted(
+        &self,
+        areas: Vec<f64>,
+        fit: impl Fn(&[f64]) -> Refined<D>,
+    ) -> Result<(Function<D>, Vec<f64>, Option<HeavyTails>), ReconstructError> {
+        let mut refined = fit(&areas)?;
+        let (mut weighted, mut heavy_tails) = (areas.clone(), None);
+        // In the plane noisy points hardly move the initial shape, whatever they weigh.
+        let wanted = self.loss_length.is_some() || (D == 3 && self.is_noisy());
+        for _ in 0..if wanted { REWEIGHTED } else { 0 } {
+            if self.cancel.is_cancelled() {
+                break;
+            }
+            let noise = Noise::around(&refined.0, self.points);
+            let Some(loss_length) = self.loss_length.or_else(|| noise.loss_length(&areas)) else { break };
+            let weights = noise.weights(loss_length);
+            let points = weights.iter().filter(|weight| **weight < HALF).count();
+            debug!(loss_length, points, "points far off lose their weight");
+            heavy_tails = Some(HeavyTails { loss_length, points });
+            weighted = areas.iter().zip(&weights).map(|(area, weight)| area * weight).collect();
+            refined = fit(&weighted)?;
+        }
+        Ok((refined, weighted, heavy_tails))
     }
 
     fn is_noisy(&self) -> bool {
@@ -332,7 +380,7 @@ impl<const D: usize> Refinement<'_, D> {
     }
 
     /// On the lattice of the initial shape, as the paper does it. For any degree.
-    fn on_one_lattice(&self, initial: &Spline<D>) -> Refined<D> {
+    fn on_one_lattice(&self, initial: &Spline<D>, areas: &[f64]) -> Refined<D> {
         let (spacing, cell) = (self.spacing.typical, self.domain.spacing(self.halvings));
         let mut settings = trust_region::Options::for_spacing::<D>(spacing);
         // A lattice coarser than the data cannot follow detail below its cells.
@@ -348,10 +396,9 @@ impl<const D: usize> Refinement<'_, D> {
         }
         let degree = initial.knots()[0].degree();
         settings.stiffness = anchor::stiffness(self.domain, self.halvings, degree, self.distance, cell.max(spacing));
-        let (spline, report) =
-            trust_region::refine_with(self.points, Some(&self.areas()), initial, &settings, &|_| {
-                if self.cancel.is_cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-            })?;
+        let (spline, report) = trust_region::refine_with(self.points, Some(areas), initial, &settings, &|_| {
+            if self.cancel.is_cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        })?;
         Ok((HierarchicalSpline::new(spline)?, StageFigures::DenseRefinement(report)))
     }
 }

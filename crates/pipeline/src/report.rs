@@ -6,6 +6,7 @@ use crate::calibration::DistanceFigures;
 use crate::confidence::RegionReport;
 use crate::extraction::Figures;
 use crate::fragile::FragilePlace;
+use crate::heavy_tails::HeavyTails;
 use crate::memory::MemoryReport;
 use crate::sign::SignReport;
 
@@ -85,6 +86,8 @@ pub struct InputReport {
     /// Estimated standard deviation of the points' distances from their surface, in the data's unit; detail that is finer
     /// than the spacing counts as noise.
     pub noise: f64,
+    /// How points far off have lost their weight, where their noise has heavy tails or a loss length was given.
+    pub heavy_tails: Option<HeavyTails>,
 }
 
 /// The unit frame and its lattices.

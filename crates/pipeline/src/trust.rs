@@ -7,6 +7,7 @@ use crate::confidence::{RegionReport, is_unsure, regions};
 use crate::error::ReconstructError;
 use crate::fragile::{FragilePlace, fragile};
 use crate::frame::Frame;
+use crate::heavy_tails::Noise;
 use crate::report::{OffReport, TrustReport};
 use crate::spacing::Spacing;
 
@@ -28,12 +29,13 @@ const FLAT: f64 = 0.3;
 const MANY_FLAT: f64 = 0.05;
 
 /// What winding numbers say of the final function f at points that have a standard deviation of `noise`, and how it fits the points
-/// `fitted` with their `own` spacing, by which it is judged what hangs on little too: the others may be a few of these.
+/// `fitted` with their `own` spacing, by which it is judged what hangs on little too: the others may be a few of these. Where their noise has
+/// heavy tails, points that lie off f alone are no misfit.
 pub fn judge<const D: usize>(
     f: &HierarchicalSpline<D>,
     (fitted, own): (&[[f64; D]], &Spacing),
     (points, spacing): (&[[f64; D]], &Spacing),
-    noise: f64,
+    (noise, heavy_tails): (f64, bool),
     knots: &[KnotVector; D],
     frame: &Frame<D>,
 ) -> Result<TrustReport, ReconstructError> {
@@ -49,7 +51,7 @@ pub fn judge<const D: usize>(
         score: judgement.beyond_noise(noise / spacing.typical),
         judgement,
         unsure,
-        misfit: misfit(&distances, own),
+        misfit: if heavy_tails { misfit(&Noise::around(f, fitted).shared(), own) } else { misfit(&distances, own) },
         off: off(heard, points, spacing.typical, noise, frame),
         layers: layers(&distances, noise, own.typical),
         flat: flat(&at),
@@ -217,7 +219,7 @@ mod tests {
         // Half a thousandth inside in the midst: a hundredth of the spacing of the few, a tenth of that of the many.
         let fragile_by = |fitted: &[[f64; 2]]| {
             let (own, spacing) = (Spacing::of(fitted), Spacing::of(&few));
-            judge(&oval(0.2505), (fitted, &own), (&few, &spacing), 0.0, &knots, &frame).unwrap().fragile.len()
+            judge(&oval(0.2505), (fitted, &own), (&few, &spacing), (0.0, false), &knots, &frame).unwrap().fragile.len()
         };
         assert_eq!([fragile_by(&few), fragile_by(&many)], [1, 0]);
     }

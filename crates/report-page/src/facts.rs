@@ -105,6 +105,13 @@ pub(crate) fn read(report: &Report, file: &str, sides: &[f64]) -> String {
         ("typical spacing", figure(input.spacing), "from a point to its neighbours; much finer detail cannot be seen"),
         ("noise", figure(input.noise), noise),
     ];
+    if let Some(tails) = &input.heavy_tails {
+        rows.push((
+            "points with less weight",
+            count(tails.points),
+            "they lie so much farther off than their neighbours that they count less than half",
+        ));
+    }
     if input.repeated > 0 {
         rows.push(("repeated points", count(input.repeated), "counted once"));
     }
