@@ -342,6 +342,7 @@ fn wrong_usage() {
     run(&["--resolution", "3"]);
     run(&["--degree", "9"]);
     run(&["--smooth", "-1"]);
+    run(&["--robust", "0"]);
     run(&["--no-such-option"]);
     run(&["--threads", "0"]);
     run(&["--memory", "much"]);
