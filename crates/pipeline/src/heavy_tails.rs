@@ -18,7 +18,7 @@ const FLATTEST: f64 = 0.2;
 /// Loss lengths that are tried, in standard deviations of the noise.
 const LENGTHS: [f64; 7] = [2.0, 2.5, 3.0, 4.0, 5.0, 7.0, 10.0];
 /// One is taken if it leaves an estimate less than this share of the variance that least squares have. (Found: 0.96 and more for normal noise
-/// of 0.25 to 2 % of the diagonal on eight models; 0.57 to 0.90 where a fifth or a tenth of the points have five times the noise of the others.)
+/// of 0.25 to 2 % of the diagonal on seven models; 0.57 to 0.90 where a fifth or a tenth of the points have five times the noise of the others.)
 const WORTHWHILE: f64 = 0.9;
 /// Distances beyond so many standard deviations are in the tails. What few points have missed, or the fit, is in one place, and
 const TAIL: f64 = 3.0;
