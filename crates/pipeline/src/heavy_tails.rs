@@ -5,7 +5,7 @@ use std::num::NonZero;
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
 use rayon::prelude::*;
 use serde::Serialize;
-use zeroset_bspline::{Derivatives, Implicit};
+use zeroset_bspline::Evaluation;
 
 use crate::kd_tree::tree_of;
 
@@ -47,12 +47,11 @@ pub struct Noise<const D: usize> {
 }
 
 impl<const D: usize> Noise<D> {
-    /// Around the zero set of f, whose slopes are about 1. Neighbours are those whose feet on it are: in space, those that noise has taken as
+    /// Around the zero set of a function with such values and gradients `at` the points, and slopes of about 1. Neighbours are those whose feet on it are: in space, those that noise has taken as
     /// far as the point itself are the nearest.
     ///
     /// The points must be finite, and at least two.
-    pub fn around(f: &impl Implicit<D>, points: &[[f64; D]]) -> Self {
-        let at = f.evaluate(points, Derivatives::Gradient);
+    pub fn around(at: &Evaluation<D>, points: &[[f64; D]]) -> Self {
         let (distances, feet): (Vec<f64>, Vec<[f64; D]>) = points
             .iter()
             .zip(at.values.iter().zip(&at.gradients))
@@ -134,17 +133,15 @@ mod tests {
     use super::*;
     use crate::domain::Domain;
     use crate::domain::tests::spline;
-    use zeroset_bspline::Spline;
+    use zeroset_bspline::Derivatives;
 
-    /// The distance from a circle of radius 0.4.
-    fn circle() -> Spline<2> {
-        spline(&Domain::<2>::around(&[1.0, 1.0], 32), 1, |[x, y]| x.hypot(y) - 0.4)
-    }
-
-    /// Points around the circle, as far from it as is said of each number.
-    fn around_it(noise: impl Fn(usize) -> f64) -> Vec<[f64; 2]> {
+    /// The noise of points around a circle of radius 0.4, as far from it as is said of each number.
+    fn around_a_circle(noise: &dyn Fn(usize) -> f64) -> Noise<2> {
+        let circle = spline(&Domain::<2>::around(&[1.0, 1.0], 32), 1, |[x, y]| x.hypot(y) - 0.4);
         let at = |i: usize| (i as f64 * std::f64::consts::TAU / 2000.0).sin_cos();
-        (0..2000).map(|i| (at(i), 0.4 + noise(i))).map(|((s, c), r)| [r * c, r * s]).collect()
+        let points: Vec<[f64; 2]> =
+            (0..2000).map(|i| (at(i), 0.4 + noise(i))).map(|((s, c), r)| [r * c, r * s]).collect();
+        Noise::around(&circle.evaluate(&points, Derivatives::Gradient), &points)
     }
 
     /// A number in (0, 1) for each.
@@ -159,8 +156,7 @@ mod tests {
 
     #[test]
     fn heavy_tails_are_told_from_normal_noise_and_from_what_is_in_one_place() {
-        let length =
-            |noise: &dyn Fn(usize) -> f64| Noise::around(&circle(), &around_it(noise)).loss_length(&[1.0; 2000]);
+        let length = |noise: &dyn Fn(usize) -> f64| around_a_circle(noise).loss_length(&[1.0; 2000]);
         assert_eq!(length(&normal), None);
         // Every seventh point has five times the noise.
         let wide = |i: usize| if i % 7 == 3 { 5.0 } else { 1.0 };
@@ -177,14 +173,14 @@ mod tests {
     #[test]
     fn a_point_weighs_what_it_is_farther_off_than_its_neighbours_leaves_it() {
         let alone = |i: usize| if i == 1000 { 0.02 } else { 0.0 };
-        let weights = |noise: &dyn Fn(usize) -> f64| Noise::around(&circle(), &around_it(noise)).weights(0.01);
+        let weights = |noise: &dyn Fn(usize) -> f64| around_a_circle(noise).weights(0.01);
         // (1 + 2²)⁻², but for the error of a spline.
         let found = weights(&alone);
         assert!((found[1000] - 0.04).abs() < 1e-3, "{}", found[1000]);
         assert!(found.iter().enumerate().all(|(i, weight)| i == 1000 || *weight > 0.999));
         // All of them on one side of the zero set, as a fit leaves a shape that it cannot follow: that they share.
         assert!(weights(&|_| 0.02).iter().all(|weight| *weight > 0.999));
-        let shared = |noise: &dyn Fn(usize) -> f64| Noise::around(&circle(), &around_it(noise)).shared();
+        let shared = |noise: &dyn Fn(usize) -> f64| around_a_circle(noise).shared();
         assert!(shared(&|_| 0.02).iter().all(|shared| (shared - 0.02).abs() < 1e-3));
         assert!(shared(&alone)[1000].abs() < 1e-3);
     }

@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 
 use ndarray::ArrayD;
 use tracing::debug;
-use zeroset_bspline::{CellBand, HierarchicalSpline, Implicit, Spline, levels_for_spacing};
+use zeroset_bspline::{CellBand, Derivatives, HierarchicalSpline, Implicit, Spline, levels_for_spacing};
 use zeroset_trust_region as trust_region;
 use zeroset_watch::CancelToken;
 
@@ -249,7 +249,7 @@ impl<const D: usize> Refinement<'_, D> {
             if self.cancel.is_cancelled() {
                 break;
             }
-            let noise = Noise::around(&refined.0, self.points);
+            let noise = Noise::around(&refined.0.evaluate(self.points, Derivatives::Gradient), self.points);
             let Some(loss_length) = self.loss_length.or_else(|| noise.loss_length(&areas)) else { break };
             let weights = noise.weights(loss_length);
             let points = weights.iter().filter(|weight| **weight < HALF).count();

@@ -51,7 +51,7 @@ pub fn judge<const D: usize>(
         score: judgement.beyond_noise(noise / spacing.typical),
         judgement,
         unsure,
-        misfit: if heavy_tails { misfit(&Noise::around(f, fitted).shared(), own) } else { misfit(&distances, own) },
+        misfit: if heavy_tails { misfit(&Noise::around(&at, fitted).shared(), own) } else { misfit(&distances, own) },
         off: off(heard, points, spacing.typical, noise, frame),
         layers: layers(&distances, noise, own.typical),
         flat: flat(&at),
