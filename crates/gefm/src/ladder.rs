@@ -263,8 +263,9 @@ impl<const D: usize> Ladder<'_, D> {
                     break;
                 }
             }
-            // Among sides that are all about random, the better ones do not show the way.
-            if better && last.score < RANDOM {
+            // Among sides that are all about random, the better ones do not show the way; nor do those that have welded walls.
+            let welded = self.leader.as_ref().is_some_and(|leader| leader.verdict.layered);
+            if better && last.score < RANDOM && !welded {
                 break;
             }
         }
@@ -404,6 +405,37 @@ mod tests {
         let welded = &report.candidates[0];
         assert_eq!(welded.ratio, 3.2);
         assert!(welded.judgement.score > 2.0 * choice.judgement.score, "{report:?}");
+    }
+
+    #[test]
+    fn lengths_that_weld_a_wall_do_not_show_the_way() {
+        // A box with one side open, of walls as thick as their points are apart: outside, rims and inside counterclockwise.
+        let (spacing, half) = (0.02, 0.4);
+        let (mut points, mut normals): (Vec<[f64; 2]>, Vec<[f64; 2]>) = (vec![], vec![]);
+        let mut along = |a: [f64; 2], b: [f64; 2]| {
+            let ab = [b[0] - a[0], b[1] - a[1]];
+            let length = ab[0].hypot(ab[1]);
+            let count = (length / spacing).round();
+            let at = |i: u32| std::array::from_fn(|axis| a[axis] + (f64::from(i) + 0.5) / count * ab[axis]);
+            points.extend((0..count as u32).map(at));
+            normals.extend((0..count as u32).map(|_| [ab[1] / length, -ab[0] / length]));
+        };
+        let inner = half - spacing;
+        let corners = [[-half, half], [-half, -half], [half, -half], [half, half]];
+        let inside = [[inner, half], [inner, -inner], [-inner, -inner], [-inner, half]];
+        let around: Vec<[f64; 2]> = corners.into_iter().chain(inside).collect();
+        (0..8).for_each(|i| along(around[i], around[(i + 1) % 8]));
+        let options = LadderOptions { last: 2, ..LadderOptions::new(spacing, 1.0 / spacing) };
+        let (f, _, report) = climb(&points, &vec![1.0; points.len()], &knots(0.6, 8), &options).unwrap();
+        let scores: Vec<_> = report.candidates.iter().map(|found| (found.ratio, found.judgement.score)).collect();
+        assert!(scores[1].1 < scores[0].1 && scores[1].1 < RANDOM, "a longer one that is better: {scores:?}");
+        assert_eq!(report.choice().unwrap().ratio, 0.2, "{scores:?}");
+        let along_normal = |(p, n): (&[f64; 2], &[f64; 2])| {
+            let (_, gradient) = f.value_and_gradient(p);
+            gradient[0] * n[0] + gradient[1] * n[1]
+        };
+        let right = points.iter().zip(&normals).filter(|both| along_normal(*both) > 0.0).count();
+        assert_eq!(right, points.len());
     }
 
     #[test]

@@ -16,6 +16,9 @@ use crate::spacing::{ROUND, Spacing, roundness};
 const NEIGHBOURS: usize = 12;
 /// Fewer of them with known normals say nothing.
 const FEWEST: usize = 4;
+/// Neighbours on the other side of a thin wall have normals at more than 120° from the nearest one's; it takes so many to say where that side is.
+const OPPOSED: f64 = -0.5;
+const FEWEST_OPPOSED: usize = 3;
 /// A point is a stray if it lies off by more than so many times what three quarters of its neighbours do: at creases and tips all do.
 const TIMES: f64 = 5.0;
 /// But not below so many spacings, nor standard deviations of the noise;
@@ -111,14 +114,20 @@ fn distance<const D: usize>(point: &[f64; D], around: &[u32], points: &[[f64; D]
     let Some(nearest) = known.first().filter(|_| known.len() >= FEWEST) else { return 0.0 };
     let from = |i: usize| -> [f64; D] { std::array::from_fn(|axis| point[axis] - points[i][axis]) };
     let flat = middle(known.iter().map(|i| dot(&normals[*i], &from(*i))).collect());
-    let same: Vec<usize> = known.iter().copied().filter(|i| dot(&normals[*i], &normals[*nearest]) > 0.0).collect();
-    let sum: [f64; D] = std::array::from_fn(|axis| same.iter().map(|i| normals[*i][axis]).sum());
-    let length = dot(&sum, &sum).sqrt();
-    let curved = |i: usize| {
-        let both: [f64; D] = std::array::from_fn(|axis| normals[i][axis] + sum[axis] / length);
-        dot(&both, &from(i)) / dot(&both, &both).sqrt().max(0.5)
+    let along = |i: usize| dot(&normals[i], &normals[*nearest]);
+    let curved = |side: Vec<usize>| {
+        let sum: [f64; D] = std::array::from_fn(|axis| side.iter().map(|i| normals[*i][axis]).sum());
+        let length = dot(&sum, &sum).sqrt();
+        let planes = side.iter().map(|i| {
+            let both: [f64; D] = std::array::from_fn(|axis| normals[*i][axis] + sum[axis] / length);
+            dot(&both, &from(*i)) / dot(&both, &both).sqrt().max(0.5)
+        });
+        middle(planes.collect()).abs()
     };
-    flat.abs().min(middle(same.iter().map(|i| curved(*i)).collect()).abs())
+    let near_side = known.iter().copied().filter(|i| along(*i) > 0.0).collect();
+    let far_side: Vec<usize> = known.iter().copied().filter(|i| along(*i) < OPPOSED).collect();
+    let nearer = flat.abs().min(curved(near_side));
+    if far_side.len() < FEWEST_OPPOSED { nearer } else { nearer.min(curved(far_side)) }
 }
 
 /// The median.
@@ -183,6 +192,35 @@ mod tests {
         // Where strays are dense they hide each other; they go in the next round.
         assert!(count(of_strays) > 100, "{}", count(of_strays));
         assert!(count(of_cube) < 15, "{}", count(of_cube));
+    }
+
+    #[test]
+    fn the_other_side_of_a_wall_is_no_stray_and_hides_none() {
+        // A shell as thick as its points are apart: of the neighbours some lie on the other side, by chance more than half.
+        let (outer, inner, count) = (0.4, 0.375, 6000);
+        let domain = Domain::around(&[1.2; 3], 96);
+        let shell = 0.5 * (outer + inner);
+        let radius = |x: &[f64; 3]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let f = spline(&domain, 1, |x| (radius(&x) - shell).abs() - 0.5 * (outer - inner));
+        let on_sphere = |i: usize, radius: f64| {
+            let [u, v, _] = quasi::<3>(i);
+            let (z, angle) = (2.0 * u - 1.0, std::f64::consts::TAU * v);
+            let ring = (1.0 - z * z).sqrt();
+            [radius * ring * angle.cos(), radius * ring * angle.sin(), radius * z]
+        };
+        // Chosen by a hash: evenly spaced ones alternate.
+        let hash = |i: usize| (i as f64 * 12.9898).sin().mul_add(43_758.545_3, 0.0).rem_euclid(1.0);
+        let of_shell = |i: usize| on_sphere(i, if hash(i) < 0.5 { outer } else { inner });
+        let mut points: Vec<[f64; 3]> = (0..count).map(of_shell).collect();
+        let found = beside(&f, &points, 0.0, 0);
+        assert_eq!(found.iter().filter(|stray| **stray).count(), 0);
+        // One in sixty, outside and inside, two spacings off.
+        let off = |i: usize| on_sphere(7 * i, if i.is_multiple_of(2) { outer + 0.05 } else { inner - 0.05 });
+        points.extend((0..100).map(off));
+        let found = beside(&f, &points, 0.0, 0);
+        let (of_shell, of_strays) = found.split_at(count);
+        let count = |found: &[bool]| found.iter().filter(|stray| **stray).count();
+        assert!(count(of_shell) < 6 && count(of_strays) > 90, "{} {}", count(of_shell), count(of_strays));
     }
 
     #[test]
