@@ -350,7 +350,8 @@ impl<const D: usize> Ladder<'_, D> {
         let layers = layers(&distances, seen * self.options.spacing, self.options.spacing);
         debug!(order, halvings, unknowns, ratio, ?start, iterations, score, noise, own_noise, off, layers, "candidate");
         let (beyond_noise, layered) = (judgement.beyond_noise(seen), layers.is_some_and(|layers| layers > LAYERED));
-        let verdict = Verdict { score, beyond_noise, ratio, noise: seen, own_noise, off, layered };
+        let wide_cells = halvings == self.options.first;
+        let verdict = Verdict { score, beyond_noise, ratio, noise: seen, own_noise, wide_cells, off, layered };
         self.report.candidates.push(Candidate {
             order,
             halvings,

@@ -14,6 +14,10 @@ const SMOOTHER: f64 = 0.05;
 /// the longer one takes for noise are the two sides of a wall.
 const FOLLOWS: f64 = 0.85;
 const NOISIER: f64 = 3.0;
+/// Nor, on wide cells, where the shorter length sees less than the other's noise over this: a hollow shell parts normal noise into halves of
+/// 0.60 of its deviation, 1/1.66; a wall four deviations thick is parted into layers of 1/2.2 of what it looks like when it is welded. (On
+/// narrow cells there may be many sheets, which leave less.)
+const PARTS: f64 = 1.8;
 /// Above this score the sides are about as random as coins.
 pub(crate) const RANDOM: f64 = 0.4;
 
@@ -30,6 +34,8 @@ pub(crate) struct Verdict {
     pub(crate) noise: f64,
     /// What is left of it without the share of the points' distances that they have in common with those around them.
     pub(crate) own_noise: f64,
+    /// Whether it is on the first lattice, whose cells are a few spacings wide.
+    pub(crate) wide_cells: bool,
     /// Points that lie off it together with those around them.
     pub(crate) off: usize,
     /// Whether the points lie on both sides of it rather than around it.
@@ -45,6 +51,7 @@ impl Verdict {
             ratio,
             noise: 0.0,
             own_noise: 0.0,
+            wide_cells: false,
             off: 0,
             layered: false,
         }
@@ -56,7 +63,9 @@ impl Verdict {
         let leaves_more = self.beyond_noise < RANDOM && longer.off.saturating_sub(self.off) > few;
         let as_good = longer.score < self.score + slack && !leaves_more;
         let follows_noise = self.noise > LEAST_NOISE && self.own_noise.max(longer.own_noise) > FOLLOWS * self.ratio;
-        let sound = !longer.layered && longer.beyond_noise < RANDOM && longer.score < NOISIER * self.score;
+        let parts = self.wide_cells && longer.wide_cells && longer.noise > PARTS * self.noise;
+        let welds = longer.layered || parts;
+        let sound = !welds && longer.beyond_noise < RANDOM && longer.score < NOISIER * self.score;
         as_good || (follows_noise && sound)
     }
 }
@@ -73,6 +82,7 @@ mod tests {
             ratio,
             noise,
             own_noise: noise,
+            wide_cells: false,
             off: 5,
             layered: false,
         };
@@ -89,6 +99,10 @@ mod tests {
         assert!(!longer_wins(verdict(0.4, 0.1, 0.05), verdict(0.8, 0.18, 0.7)));
         // Nor do points that lie in two layers follow noise.
         assert!(!longer_wins(verdict(0.4, 0.15, 0.3), Verdict { layered: true, ..verdict(0.8, 0.24, 0.6) }));
+        // Nor is it noise what a length that makes two sheets on wide cells hardly sees; a hollow shell sees most of it.
+        let on_wide_cells = |ratio, score, noise| Verdict { wide_cells: true, ..verdict(ratio, score, noise) };
+        assert!(!longer_wins(on_wide_cells(0.4, 0.14, 0.48), on_wide_cells(0.8, 0.38, 0.92)));
+        assert!(longer_wins(on_wide_cells(0.4, 0.14, 0.6), on_wide_cells(0.8, 0.38, 1.0)));
         // Nor is noise what patches of points have in common, as where gaps between rods are filled.
         let misfit = Verdict { own_noise: 0.3, ..verdict(0.8, 0.32, 0.9) };
         assert!(longer_wins(verdict(0.4, 0.16, 0.3), verdict(0.8, 0.32, 0.9)));
