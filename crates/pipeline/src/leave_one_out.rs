@@ -108,7 +108,7 @@ impl<'a, const D: usize> LeaveOneOut<'a, D> {
 }
 
 /// How far a point is off what its neighbours' normals make of it: by their tangent planes, or by what follows a curved surface, the planes
-/// across the mean of a neighbour's normal and that of all on the same side; the nearer of both.
+/// across the mean of a neighbour's normal and that of all on the same side; the nearer of both. Of a thin wall either side may be the point's own.
 fn distance<const D: usize>(point: &[f64; D], around: &[u32], points: &[[f64; D]], normals: &[[f64; D]]) -> f64 {
     let known: Vec<usize> = around.iter().map(|i| *i as usize).filter(|i| normals[*i] != [0.0; D]).collect();
     let Some(nearest) = known.first().filter(|_| known.len() >= FEWEST) else { return 0.0 };
