@@ -154,6 +154,14 @@ mod tests {
         std::array::from_fn(|axis| (i as f64 * steps[axis]).fract())
     }
 
+    /// A point of a sphere about the origin.
+    fn on_sphere(i: usize, radius: f64) -> [f64; 3] {
+        let [u, v, _] = quasi::<3>(i);
+        let (z, angle) = (2.0 * u - 1.0, std::f64::consts::TAU * v);
+        let ring = (1.0 - z * z).sqrt();
+        [radius * ring * angle.cos(), radius * ring * angle.sin(), radius * z]
+    }
+
     /// The faces of a cube of side 0.8.
     fn cube(count: usize) -> Vec<[f64; 3]> {
         let place = |i: usize| {
@@ -202,14 +210,8 @@ mod tests {
         let shell = 0.5 * (outer + inner);
         let radius = |x: &[f64; 3]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
         let f = spline(&domain, 1, |x| (radius(&x) - shell).abs() - 0.5 * (outer - inner));
-        let on_sphere = |i: usize, radius: f64| {
-            let [u, v, _] = quasi::<3>(i);
-            let (z, angle) = (2.0 * u - 1.0, std::f64::consts::TAU * v);
-            let ring = (1.0 - z * z).sqrt();
-            [radius * ring * angle.cos(), radius * ring * angle.sin(), radius * z]
-        };
         // Chosen by a hash: evenly spaced ones alternate.
-        let hash = |i: usize| (i as f64 * 12.9898).sin().mul_add(43_758.545_3, 0.0).rem_euclid(1.0);
+        let hash = |i: usize| ((i as f64 * 12.9898).sin() * 43_758.545_3).rem_euclid(1.0);
         let of_shell = |i: usize| on_sphere(i, if hash(i) < 0.5 { outer } else { inner });
         let mut points: Vec<[f64; 3]> = (0..count).map(of_shell).collect();
         let found = beside(&f, &points, 0.0, 0);
@@ -228,12 +230,7 @@ mod tests {
         let domain = Domain::around(&[0.8; 3], 16);
         let f = spline(&domain, 1, |x| x.iter().map(|x| x * x).sum::<f64>().sqrt() - 0.4);
         // Even noise of two spacings at most: a standard deviation of 1.2.
-        let place = |i: usize| {
-            let [u, v, w] = quasi::<3>(i);
-            let (z, angle) = (2.0 * u - 1.0, std::f64::consts::TAU * v);
-            let (ring, radius) = ((1.0 - z * z).sqrt(), 0.4 + 0.04 * (2.0 * w - 1.0));
-            [radius * ring * angle.cos(), radius * ring * angle.sin(), radius * z]
-        };
+        let place = |i: usize| on_sphere(i, 0.4 + 0.04 * (2.0 * quasi::<3>(i)[2] - 1.0));
         let points: Vec<[f64; 3]> = (0..5000).map(place).collect();
         let found = beside(&f, &points, 0.023, 100);
         assert_eq!(found.iter().filter(|stray| **stray).count(), 0);
