@@ -69,11 +69,13 @@ const FIRST_LENGTH_NOISE: f64 = 3.0;
 /// Of fewer points, the held-out ones are a small sample, and f̂ is rough between them; and since nothing holds their topology, noisy ones are
 /// not to move the initial shape far.
 const FEW: usize = 3000;
-/// The refinement is done so often again with what it has changed held, the second number where noise [`is_deep`]: then what is held in
-/// one place lets the next one go,
-const ROUNDS: [usize; 2] = [3, 6];
+/// The refinement is done so often again with what it has changed held, of noisy points more often, for what is held in one place lets the
+/// next one go,
+const ROUNDS: u32 = 3;
+const ROUNDS_NOISY: u32 = 6;
 /// at this share of the initial shape's values there,
-const HELD: [f64; 2] = [0.6, 1.0];
+const HELD: f64 = 0.6;
+const HELD_NOISY: f64 = 1.0;
 /// where f has not got this share of them across zero. Between walls that it joins, and in walls that it pierces, f hardly leaves
 /// zero; where it does, the points have parted or filled what was joined or pierced in the initial shape;
 const CLEARLY: f64 = 0.25;
@@ -81,7 +83,7 @@ const CLEARLY: f64 = 0.25;
 /// there would cost more accuracy and time than it brings;
 const MOST_HELD: f64 = 0.01;
 /// but noise alone changes the topology at many places, of which the initial shape knows better: there it may be this share.
-const MOST_HELD_NOISY: f64 = 0.1;
+const MOST_HELD_NOISY: f64 = 0.3;
 /// Where noise has heavy tails points are weighted again so often, and fitted: the second time those that are far off have not pulled.
 const REWEIGHTED: usize = 2;
 /// Points with less than this weight are counted.
@@ -203,8 +205,8 @@ impl<const D: usize> Refinement<'_, D> {
             }
         }
         let most_held = if self.is_noisy() { MOST_HELD_NOISY } else { MOST_HELD };
-        let deep = usize::from(is_deep(self.noise, self.spacing));
-        for _ in 0..ROUNDS[deep] {
+        let (rounds, share) = if self.is_noisy() { (ROUNDS_NOISY, HELD_NOISY) } else { (ROUNDS, HELD) };
+        for round in 0..rounds {
             if self.cancel.is_cancelled() {
                 break;
             }
@@ -220,14 +222,13 @@ impl<const D: usize> Refinement<'_, D> {
                 points = dropped.len(),
                 "refinement has changed the topology, and is done again with these places held and without these points"
             );
-            for (place, value) in changes {
-                sides.places.push(place);
-                sides.bounds.push(HELD[deep] * value);
-            }
+            let held = |at, value, weight| trust_region::Place { at, bound: share * value, weight };
+            // What has changed again beside a place that was held is held faster.
+            let weight = f64::from(1u32 << round);
+            sides.places.extend(changes.into_iter().map(|(at, value)| held(at, value, weight)));
             for Stray { index, places, value } in dropped {
                 (stray[index], areas[index]) = (true, 0.0);
-                sides.bounds.extend(places.iter().map(|_| HELD[deep] * value));
-                sides.places.extend(places);
+                sides.places.extend(places.into_iter().map(|at| held(at, value, 1.0)));
             }
             refined = self.on_levels(initial, band, &sides, &areas, self.noise)?;
         }

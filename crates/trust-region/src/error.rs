@@ -35,17 +35,19 @@ pub enum Error {
         /// Which.
         index: usize,
     },
-    /// Not one bound per place.
-    #[error("{bounds} bounds were given for {places} places off the surface")]
-    Bounds {
-        /// Bounds given.
-        bounds: usize,
+    /// Not one distance per place.
+    #[error("{distances} distances were given for {places} places off the surface")]
+    Distances {
+        /// Distances given.
+        distances: usize,
         /// Places there are.
         places: usize,
     },
-    /// A place off the surface, or its bound, is NaN or infinite.
-    #[error("place {index} off the surface, or its bound, is not finite")]
-    PlaceNotFinite {
+    /// A place off the surface, or what is said of it, is NaN or infinite, or out of its range.
+    #[error(
+        "place {index} off the surface is not possible: numbers have to be finite, distances not negative, weights positive"
+    )]
+    Place {
         /// Which.
         index: usize,
     },

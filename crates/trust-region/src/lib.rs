@@ -95,5 +95,5 @@ pub use refine::{refine, refine_with};
 pub use refine_levels::refine_levels;
 pub use report::{Errors, Iteration, Report, StoppingRule, SubProblemEnd};
 pub use sampson::sampson_distances;
-pub use sides::Sides;
+pub use sides::{Place, Sides};
 pub use twicing::{Increment, twice};

@@ -177,12 +177,12 @@ impl<const D: usize> KnownDistances<D> {
             return Err(Error::BadArea(index));
         }
         if self.distances.len() != self.places.len() {
-            return Err(Error::Bounds { bounds: self.distances.len(), places: self.places.len() });
+            return Err(Error::Distances { distances: self.distances.len(), places: self.places.len() });
         }
         let is_bad = |x: &[f64; D]| x.iter().any(|x| !x.is_finite());
         let bad = self.places.iter().zip(&self.distances).position(|(x, d)| is_bad(x) || !(d.is_finite() && *d >= 0.0));
         match bad.or_else(|| self.zeros.iter().position(is_bad)) {
-            Some(index) => Err(Error::PlaceNotFinite { index }),
+            Some(index) => Err(Error::Place { index }),
             None => Ok(()),
         }
     }

@@ -2,7 +2,7 @@
 
 use zeroset_bspline::{CellBand, DerivativeEnergy, Derivatives, HierarchicalSpline, KnotVector, Spline};
 use zeroset_trust_region::{
-    Error, LevelError, LevelOptions, LevelsReport, Normalisation, Options, Sides, refine, refine_levels, twice,
+    Error, LevelError, LevelOptions, LevelsReport, Normalisation, Options, Place, Sides, refine, refine_levels, twice,
 };
 
 /// Points of a flower with five leaves, displaced from its centre by noise of a standard deviation.
@@ -180,18 +180,30 @@ fn places_off_the_surface_keep_their_side() {
     let (initial, options) = initial(&points, 0.006);
     let band = CellBand::new(initial.knots(), &points, &vec![1; points.len()], [3, 3]).unwrap();
     let run = |sides: &Sides<2>| refine_levels(&points, None, Some(sides), &initial, &band, &options).unwrap();
-    let places = vec![[0.0, 0.41], [0.0, 0.3]];
+    let places = [[0.0, 0.41], [0.0, 0.3]];
     let values = |f: &zeroset_bspline::HierarchicalSpline<2>| f.evaluate(&places, Derivatives::Value).values;
+    let held_to = |bounds: [f64; 2]| {
+        let place = |(at, bound)| Place { at, bound, weight: 1.0 };
+        run(&Sides { places: places.into_iter().zip(bounds).map(place).collect(), ..Sides::default() })
+    };
     let (free, report) = run(&Sides::default());
     let before = values(&free);
     assert!(before[0] > 0.01 && before[1] < -0.015 && report.held_places == 0, "{before:?}");
-    let (held, report) = run(&Sides { places: places.clone(), bounds: vec![-0.01, -0.01], ..Sides::default() });
+    let (held, report) = held_to([-0.01, -0.01]);
     let after = values(&held);
     // One place weighs as much as one of 330 points and the fairness is small: the bound is reached to a tenth.
     assert!(after[0] < -0.009 && after[1] < -0.01 && report.held_places == 2, "{after:?}");
     // Bounds that no function on the way misses change nothing.
-    let (same, _) = run(&Sides { places: places.clone(), bounds: vec![0.001, -0.001], ..Sides::default() });
+    let (same, _) = held_to([0.001, -0.001]);
     assert_eq!(values(&same), before);
+    // Where points say otherwise, what it weighs decides.
+    let beside = |weight: f64| {
+        let place = Place { at: [0.384, 0.0], bound: -0.004, weight };
+        let (held, _) = run(&Sides { places: vec![place], ..Sides::default() });
+        held.evaluate(&[place.at], Derivatives::Value).values[0]
+    };
+    let (light, heavy) = (beside(1e-3), beside(64.0));
+    assert!(light > 0.003 && heavy < -0.003, "{light:e} {heavy:e}");
 }
 
 #[test]
