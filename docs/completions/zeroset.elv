@@ -46,7 +46,7 @@ set edit:completion:arg-completer[zeroset] = {|@words|
             cand --up 'The axis that points up in pictures'
             cand --report 'Write the report, repeatable: stages, figures, topology of the result as .json, or as an .html page with pictures, plots and a view of the surface that can be turned [example: report.html]'
             cand --resolution 'Cells along the longest side of the points'' bounding box on the finest level, 8 to 1024 [default: from the spacing of the points] [example: 256]'
-            cand --smooth 'Smooth away detail below this length, in the unit of the points [default: automatic] [example: 0.5]'
+            cand --smooth 'Smooth away detail below this length, in the unit of the points: twice the noise, and less than half of the thinnest wall [default: automatic] [example: 0.5]'
             cand --robust 'Take weight from points that lie farther off than their neighbours by about this length, in the unit of the points [default: automatic, where the noise has heavy tails] [example: 0.2]'
             cand --margin 'Room around the points in which the function is defined, at least, in the unit of the points; up to half their longest side [default: a few cells] [example: 10]'
             cand --degree 'Degree of the B-splines, 2 to 5 [example: 2]'

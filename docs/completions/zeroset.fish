@@ -63,7 +63,7 @@ complete -c zeroset -n "__fish_zeroset_using_subcommand reconstruct" -l up -d 'T
 z\t'As in most maps and machines: seen from the front, y points away'"
 complete -c zeroset -n "__fish_zeroset_using_subcommand reconstruct" -l report -d 'Write the report, repeatable: stages, figures, topology of the result as .json, or as an .html page with pictures, plots and a view of the surface that can be turned [example: report.html]' -r -F
 complete -c zeroset -n "__fish_zeroset_using_subcommand reconstruct" -l resolution -d 'Cells along the longest side of the points\' bounding box on the finest level, 8 to 1024 [default: from the spacing of the points] [example: 256]' -r
-complete -c zeroset -n "__fish_zeroset_using_subcommand reconstruct" -l smooth -d 'Smooth away detail below this length, in the unit of the points [default: automatic] [example: 0.5]' -r
+complete -c zeroset -n "__fish_zeroset_using_subcommand reconstruct" -l smooth -d 'Smooth away detail below this length, in the unit of the points: twice the noise, and less than half of the thinnest wall [default: automatic] [example: 0.5]' -r
 complete -c zeroset -n "__fish_zeroset_using_subcommand reconstruct" -l robust -d 'Take weight from points that lie farther off than their neighbours by about this length, in the unit of the points [default: automatic, where the noise has heavy tails] [example: 0.2]' -r
 complete -c zeroset -n "__fish_zeroset_using_subcommand reconstruct" -l margin -d 'Room around the points in which the function is defined, at least, in the unit of the points; up to half their longest side [default: a few cells] [example: 10]' -r
 complete -c zeroset -n "__fish_zeroset_using_subcommand reconstruct" -l degree -d 'Degree of the B-splines, 2 to 5 [example: 2]' -r

@@ -111,7 +111,8 @@ pub struct Reconstruct {
     /// the points] [example: 256]
     #[arg(long, value_name = "CELLS", help_heading = "Fit")]
     pub resolution: Option<usize>,
-    /// Smooth away detail below this length, in the unit of the points [default: automatic] [example: 0.5]
+    /// Smooth away detail below this length, in the unit of the points: twice the noise, and less than half of the thinnest wall
+    /// [default: automatic] [example: 0.5]
     #[arg(long, value_name = "LENGTH", allow_negative_numbers = true, help_heading = "Fit")]
     pub smooth: Option<f64>,
     /// Take weight from points that lie farther off than their neighbours by about this length, in the unit of the points [default: automatic,

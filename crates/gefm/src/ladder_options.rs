@@ -88,7 +88,7 @@ impl<const D: usize> LadderOptions<D> {
             spacing,
             density,
             detail: spacing,
-            ratios: vec![0.2, 0.4, 0.8, 1.6, 3.2],
+            ratios: vec![0.2, 0.4, 0.8, 1.6, 3.2, 6.4],
             likeliest: 0.4,
             first: 1,
             last: 3,
@@ -102,6 +102,20 @@ impl<const D: usize> LadderOptions<D> {
         }
     }
 
+    /// With this smoothing length, frame units, as the first to be tried and the longest: what is no thicker than twice that may be
+    /// welded, what is thicker may not. It is no shorter than the likeliest, beside which shorter ones are tried as always.
+    #[must_use]
+    pub fn up_to(mut self, length: f64) -> Self {
+        let ratio = length / self.spacing;
+        if ratio > self.likeliest {
+            self.likeliest = ratio;
+        }
+        let longest = self.likeliest;
+        self.ratios.retain(|shorter| *shorter < longest);
+        self.ratios.push(longest);
+        self
+    }
+
     /// The weight of the thin-plate energy for a smoothing length of `ratio` spacings.
     pub(crate) fn weight(&self, ratio: f64) -> f64 {
         self.density * (ratio * self.spacing).powi(3)
@@ -110,5 +124,23 @@ impl<const D: usize> LadderOptions<D> {
     /// The weight of `∫‖∇³f‖²` for the same.
     pub(crate) fn third_order_weight(&self, ratio: f64) -> f64 {
         self.density * (ratio * self.spacing).powi(5)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_length_that_is_wanted_comes_first_and_is_the_longest() {
+        let up_to = |length: f64| {
+            let LadderOptions { ratios, likeliest, .. } = LadderOptions::<3>::new(0.5, 4.0).up_to(length);
+            (ratios, likeliest)
+        };
+        assert_eq!(up_to(0.5), (vec![0.2, 0.4, 0.8, 1.0], 1.0));
+        assert_eq!(up_to(0.4), (vec![0.2, 0.4, 0.8], 0.8));
+        assert_eq!(up_to(10.0), (vec![0.2, 0.4, 0.8, 1.6, 3.2, 6.4, 20.0], 20.0));
+        // Where the points part walls they do so at the likeliest length, or a shorter one.
+        assert_eq!(up_to(0.1), (vec![0.2, 0.4], 0.4));
     }
 }

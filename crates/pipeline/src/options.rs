@@ -16,8 +16,8 @@ pub struct Options {
     pub topology: Topology,
     /// What normals are good for, where the points have some: [`reconstruct_with_normals`](crate::reconstruct_with_normals).
     pub normals: Normals,
-    /// Smoothing length ℓ of the final fit, in the data's unit: detail smaller than this is smoothed away. `None`: the
-    /// iteration stops by itself.
+    /// Smoothing length ℓ, in the data's unit: detail smaller than this is smoothed away. It is that of the final fit, and with
+    /// [`Topology::Continuation`] the first and longest by which the sides are sought. `None`: as the data suggest.
     pub smoothing: Option<f64>,
     /// Loss length of the final fit, in the data's unit: points that are farther off than their neighbours lose their weight from about this
     /// on, as in [`HeavyTails`](crate::HeavyTails). `None`: least squares, or where the noise has heavy tails the length that suits them.

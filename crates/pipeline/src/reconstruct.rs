@@ -35,7 +35,7 @@ use crate::sign::{SignReport, synthesize};
 use crate::sign_field::{SignField, sign_field};
 use crate::spacing::Spacing;
 use crate::trust::{self, shape_name};
-use crate::volume::fill_volume;
+use crate::volume;
 
 /// What a reconstruction leaves: the function, the points that it belongs to, and the report.
 #[derive(Debug, Clone)]
@@ -329,12 +329,9 @@ pub(crate) fn road<const D: usize>(
     }
     let distance = distance_figures(&spline, &domain, halvings, &distance, (few, fitted_spacing.typical));
     let (warning, mut doubt) = trust::verdict::<D>(&trust, options.open, agreed);
-    if doubt.is_none() && fill_volume(&fitted) {
-        let (shape, body) = (shape_name(D), if D == 2 { "an area" } else { "a volume" });
-        doubt = Some(format!(
-            "no trustworthy {shape} was found: the points fill {body} rather than lie on a {shape}; remove the points inside, or try \
-             --smooth with a length above the noise"
-        ));
+    let mut of_volume = None;
+    if doubt.is_none() {
+        (of_volume, doubt) = volume::verdict(&fitted, options.smoothing.is_some());
     }
     if doubt.is_none() && options.open {
         let gradients = spline.evaluate(&fitted, Derivatives::Gradient).gradients;
@@ -349,7 +346,7 @@ pub(crate) fn road<const D: usize>(
         }
     }
     let mut warnings = warnings(&road.stages, options.open);
-    warnings.extend(warning);
+    warnings.extend(warning.into_iter().chain(of_volume));
     warnings.extend(memory.warning(cell));
     if no_room {
         warnings.push(
@@ -494,7 +491,8 @@ impl<const D: usize> Beginning<'_, D> {
             domain,
             halvings: *halvings,
             options: self.options,
-            known: self.known.map(|known| (known, self.frame)),
+            frame: self.frame,
+            known: self.known,
             memory: &ground.memory,
             to_beat,
             cancel: self.cancel,

@@ -97,8 +97,9 @@ pub struct SideSearch<'a, const D: usize> {
     /// From the coarsest lattice to that of the initial shape.
     pub halvings: u32,
     pub options: &'a Options,
+    pub frame: &'a Frame<D>,
     /// Normals that come with the points.
-    pub known: Option<(Known<'a, D>, &'a Frame<D>)>,
+    pub known: Option<Known<'a, D>>,
     /// What may be used: neither third order nor more points are worth more than that.
     pub memory: &'a MemoryReport,
     /// A score that is to be beaten (infinite if there is none): what does not do so at once is not looked at further.
@@ -213,7 +214,7 @@ impl<const D: usize> SideSearch<'_, D> {
             content: f64::INFINITY,
             normals: self.normals(heard, Some(&known.f_hat)),
             cancel: self.cancel.clone(),
-            ..gefm::LadderOptions::new(apart.typical, apart.density)
+            ..self.ladder_options(apart)
         };
         let bottom = self.domain.bottom(self.options.degree)?;
         let (f_hat, report) = match gefm::climb(heard, &apart.areas, &bottom, &settings) {
@@ -233,6 +234,15 @@ impl<const D: usize> SideSearch<'_, D> {
     /// The last rung, in halvings of the V-cycle's coarsest lattice.
     fn finest(&self) -> u32 {
         1 + self.halvings.min(FINEST_RUNG)
+    }
+
+    /// The defaults for points so far apart, and for the smoothing length that is wanted.
+    fn ladder_options(&self, spacing: &Spacing) -> gefm::LadderOptions<D> {
+        let options = gefm::LadderOptions::new(spacing.typical, spacing.density);
+        match self.options.smoothing {
+            Some(length) => options.up_to(length * self.frame.scale),
+            None => options,
+        }
     }
 
     /// One f̂ for the few, if there are any, or else for all points; `before` is an earlier one.
@@ -261,7 +271,7 @@ impl<const D: usize> SideSearch<'_, D> {
                     detail,
                     hopeless: if fewer_follow { HOPELESS } else { WORTH_CLIMBING * self.to_beat },
                     third_order: third_order.then(|| gefm::ThirdOrderOptions::new(domain.spacing(self.halvings))),
-                    ..gefm::LadderOptions::new(spacing.typical, spacing.density)
+                    ..self.ladder_options(spacing)
                 };
                 let (f_hat, _, report) =
                     gefm::climb(points, &spacing.areas, &domain.bottom(options.degree)?, &settings)?;
@@ -289,7 +299,7 @@ impl<const D: usize> SideSearch<'_, D> {
 
     /// What is known of the normals: what came with the points if it is to be trusted, otherwise what an earlier f̂ makes of them.
     fn normals(&self, points: &[[f64; D]], before: Option<&Spline<D>>) -> KnownNormals<D> {
-        let given = || self.known.map(|(known, frame)| known.of(points, frame));
+        let given = || self.known.map(|known| known.of(points, self.frame));
         let earlier = || before.map(|f| f.evaluate(points, Derivatives::Gradient).gradients);
         match self.options.normals {
             Normals::Ignore => earlier().map(KnownNormals::Hint),

@@ -8,6 +8,7 @@ use rayon::prelude::*;
 
 use crate::kd_tree::tree_of;
 use crate::spacing::roundness;
+use crate::trust::shape_name;
 
 /// So many points are asked, at most.
 const ASKED: usize = 500;
@@ -28,7 +29,7 @@ const ENOUGH: [usize; 2] = [100, 300];
 const ROUND: [[f64; 2]; 2] = [[0.78, 0.7], [0.6, 0.7]];
 
 /// Whether half of the points have neighbours on all sides, near and far.
-pub fn fill_volume<const D: usize>(points: &[[f64; D]]) -> bool {
+fn fill_volume<const D: usize>(points: &[[f64; D]]) -> bool {
     let space = usize::from(D == 3);
     if points.len() < ENOUGH[space] {
         return false;
@@ -37,6 +38,23 @@ pub fn fill_volume<const D: usize>(points: &[[f64; D]]) -> bool {
     // Nearly all surfaces are told by few neighbours, which takes much less time than many.
     roundness.among(FEW) > ROUND[space][0]
         && sizes(points.len()).into_iter().rev().all(|size| roundness.among(size) > ROUND[space][1])
+}
+
+/// The warning, or the doubt, where the points fill a volume: whoever says how much to smooth may know that it is noise that fills it.
+pub fn verdict<const D: usize>(points: &[[f64; D]], smoothed: bool) -> (Option<String>, Option<String>) {
+    if !fill_volume(points) {
+        return (None, None);
+    }
+    let (shape, body) = (shape_name(D), if D == 2 { "an area" } else { "a volume" });
+    let found = format!("the points fill {body} rather than lie on a {shape}");
+    if smoothed {
+        (Some(format!("{found}: unless that is noise, far wider than they are apart, the result means nothing")), None)
+    } else {
+        let doubt = format!(
+            "no trustworthy {shape} was found: {found}; remove the points inside, or try --smooth with a length above the noise"
+        );
+        (None, Some(doubt))
+    }
 }
 
 /// Of the larger neighbourhoods, the largest first.
@@ -114,6 +132,9 @@ mod tests {
             assert!(fill_volume(&ball) || ball.len() < 300, "{:?}", roundness_of(&ball));
             let square: Vec<[f64; 2]> = (0..count).map(|i| [any(i, 0), any(i, 1)]).collect();
             assert!(fill_volume(&square), "{:?}", roundness_of(&square));
+            // Who gives a smoothing length is warned.
+            assert!(matches!(verdict(&square, false), (None, Some(doubt)) if doubt.contains("fill an area")));
+            assert!(matches!(verdict(&square, true), (Some(warning), None) if warning.contains("fill an area")));
             // The area is 4π² · 0.4.
             let spacing = (15.8 / f64::from(count)).sqrt();
             for noise in [0.0, 0.3 * spacing] {
@@ -141,5 +162,6 @@ mod tests {
             .map(|(t, r)| [r * t.cos(), r * t.sin()])
             .collect();
         assert!(!fill_volume(&curve), "{:?}", roundness_of(&curve));
+        assert_eq!(verdict(&curve, false), (None, None));
     }
 }

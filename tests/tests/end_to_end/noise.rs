@@ -1,7 +1,7 @@
 //! Noise of a percent of the diagonal, which is most of the distance between points.
 
 use zeroset::bspline::Derivatives;
-use zeroset::{Options, Report, StageFigures, extract_surface, reconstruct};
+use zeroset::{Options, Report, StageFigures, extract_curve, extract_surface, reconstruct};
 use zeroset_io::Points;
 use zeroset_tests::Random;
 
@@ -156,4 +156,40 @@ fn points_with_more_noise_than_the_rest_lose_their_weight() {
     let found = found.unwrap();
     assert!((2.0..4.5).contains(&(found.loss_length / noise)), "{found:?}");
     assert!((1200..2000).contains(&found.points), "{found:?}");
+}
+
+/// A curve with three lobes, with noise of six times the distance between its points.
+fn hazy_lobes() -> Vec<[f64; 2]> {
+    let mut random = Random(3);
+    let place = |_| {
+        let angle = std::f64::consts::TAU * random.uniform();
+        let radius = 1.0 + 0.3 * (3.0 * angle).cos();
+        [radius * angle.cos() + 0.1 * random.gaussian(), radius * angle.sin() + 0.1 * random.gaussian()]
+    };
+    (0..1000).map(place).collect()
+}
+
+/// Lengths up to six spacings are tried: with three the sides are about random.
+#[test]
+fn noise_of_many_spacings_asks_for_a_long_length() {
+    let mut result = reconstruct(&hazy_lobes(), &Options::default()).unwrap();
+    let (_, topology) = extract_curve(&mut result).unwrap();
+    assert_eq!(topology.loops, 1, "{:?}", result.report.warnings);
+    assert_eq!(result.report.doubt, None);
+}
+
+#[test]
+fn the_smoothing_length_that_is_wanted_is_the_ladders_too() {
+    let wanted = 0.2;
+    let options = Options { smoothing: Some(wanted), ..Options::default() };
+    let result = reconstruct(&hazy_lobes(), &options).unwrap();
+    assert_eq!(result.report.doubt, None);
+    let ladder = result.report.stages.iter().find_map(|stage| match &stage.figures {
+        StageFigures::Ladder(report) => Some(report),
+        _ => None,
+    });
+    let tried: Vec<f64> = ladder.unwrap().candidates.iter().map(|found| found.ratio).collect();
+    // A length in units of the data over a spacing in the same.
+    let ratio = wanted / result.report.input.spacing;
+    assert!((tried[0] / ratio - 1.0).abs() < 1e-12 && tried.iter().all(|other| *other <= tried[0]), "{tried:?}");
 }
