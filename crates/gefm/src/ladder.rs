@@ -492,12 +492,12 @@ mod tests {
 
     #[test]
     fn finer_lattices_are_not_for_what_is_hopeless() {
-        // Points all over a square.
+        // Points all over a square. (Of a length of six spacings winding numbers think better.)
         let points: Vec<[f64; 2]> = (0..2000)
             .map(|i| [0.754_877_666, 0.569_840_296].map(|step| 0.8 * (f64::from(i) * step).fract() - 0.4))
             .collect();
         let lattices = |hopeless: f64| {
-            let options = LadderOptions { hopeless, ..LadderOptions::new(0.01, 100.0) };
+            let options = LadderOptions { hopeless, ..LadderOptions::new(0.01, 100.0).up_to(0.032) };
             let (_, _, report) = climb(&points, &vec![1.0; points.len()], &knots(0.6, 8), &options).unwrap();
             report.candidates.iter().map(|candidate| candidate.halvings).max()
         };
