@@ -100,7 +100,7 @@ pub enum ReconstructError {
     /// The points describe no surface that could be found.
     #[error(
         "no surface was found: {0}. The points may lie in clusters or far apart, fill a volume, or be too few: try a more even or \
-         denser sampling, or another --resolution"
+         denser sampling, another --resolution, or a shorter --smooth if it was given"
     )]
     NoSurface(String),
     /// The topology stage failed.
