@@ -112,6 +112,9 @@ const BESIDE: f64 = 0.45;
 /// A finer candidate is taken if its score is above the leader's by no more than this: it sees more detail, and the score
 /// of right answers differs by about as much from lattice to lattice.
 const SLACK: f64 = 0.01;
+/// Lengths above so many spacings are for noise that leaves all others about random: where one of those has the sides right, it keeps more of
+/// the shape.
+const LAST_RESORT: f64 = 3.2;
 /// And above this one there is more noise than walls that are too thin can make of it.
 const HOPELESS: f64 = 0.8;
 struct Ladder<'a, const D: usize> {
@@ -252,6 +255,10 @@ impl<const D: usize> Ladder<'_, D> {
             for ratio in direction {
                 if last.score < self.options.content {
                     return Ok(());
+                }
+                let is_random = self.leader.as_ref().is_none_or(|leader| leader.verdict.score > RANDOM);
+                if ratio > first_ratio.max(LAST_RESORT) && !is_random {
+                    break;
                 }
                 rung.set_ratio(ratio)?;
                 let found = self.consider(rung, self.scratch())?;
