@@ -53,6 +53,9 @@ const HOPELESS: f64 = 0.8;
 /// Finer lattices may lower the score by so much.
 const WORTH_CLIMBING: f64 = 1.5;
 
+/// Of a smoothing length above this, the longest side of the points' box in the frame, nothing more is left.
+const WHOLE: f64 = 1.0;
+
 /// Below this share of its mean the gradient of f̂ has no direction. (Beside strays it is weak, but tells the normal.)
 const FLAT: f64 = 0.05;
 
@@ -240,7 +243,7 @@ impl<const D: usize> SideSearch<'_, D> {
     fn ladder_options(&self, spacing: &Spacing) -> gefm::LadderOptions<D> {
         let options = gefm::LadderOptions::new(spacing.typical, spacing.density);
         match self.options.smoothing {
-            Some(length) => options.up_to(length * self.frame.scale),
+            Some(length) => options.up_to((length * self.frame.scale).min(WHOLE)),
             None => options,
         }
     }

@@ -201,3 +201,13 @@ fn the_smoothing_length_that_is_wanted_is_the_ladders_too() {
     let ratio = wanted / result.report.input.spacing;
     assert!((tried[0] / ratio - 1.0).abs() < 1e-12 && tried.iter().all(|other| *other <= tried[0]), "{tried:?}");
 }
+
+/// Lengths far above the size of the shape are as long as that.
+#[test]
+fn no_smoothing_length_is_too_long_to_compute_with() {
+    let far = |length: f64| {
+        let options = Options { smoothing: Some(length), ..Options::default() };
+        tried(&reconstruct(&hazy_lobes(0.1), &options).unwrap().report)
+    };
+    assert_eq!(far(1e200), far(10.0));
+}
