@@ -112,9 +112,10 @@ const BESIDE: f64 = 0.45;
 /// A finer candidate is taken if its score is above the leader's by no more than this: it sees more detail, and the score
 /// of right answers differs by about as much from lattice to lattice.
 const SLACK: f64 = 0.01;
-/// Lengths above so many spacings are for noise that leaves all others about random: where one of those has the sides right, it keeps more of
-/// the shape.
+/// Lengths above so many spacings are for noise of at least as many as the second, where all others are about random: where one of those has
+/// the sides right, it keeps more of the shape.
 const LAST_RESORT: f64 = 3.2;
+const DEEP: f64 = 1.0;
 /// And above this one there is more noise than walls that are too thin can make of it.
 const HOPELESS: f64 = 0.8;
 struct Ladder<'a, const D: usize> {
@@ -257,7 +258,7 @@ impl<const D: usize> Ladder<'_, D> {
                     return Ok(());
                 }
                 let is_random = self.leader.as_ref().is_none_or(|leader| leader.verdict.score > RANDOM);
-                if ratio > first_ratio.max(LAST_RESORT) && !is_random {
+                if ratio > first_ratio.max(LAST_RESORT) && !(is_random && last.noise > DEEP) {
                     break;
                 }
                 rung.set_ratio(ratio)?;
