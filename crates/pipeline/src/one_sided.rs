@@ -9,6 +9,7 @@ use kiddo::SquaredEuclidean;
 use rayon::prelude::*;
 
 use crate::kd_tree::tree_of;
+use crate::trust::shape_name;
 
 /// How many neighbours are looked at.
 const NEIGHBOURS: usize = 6;
@@ -19,8 +20,24 @@ const OPPOSITE: f64 = -0.5;
 /// The largest sine between a tangent plane and the way to a neighbour in it.
 const IN_PLANE: f64 = 0.5;
 
+/// An open surface whose sides meet at more of its points is not to be trusted.
+const ONE_SIDED: f64 = 0.02;
+
+/// The doubt, where the sides of an open surface meet at too many of its points; as [`turning`].
+pub fn doubt<const D: usize>(points: &[[f64; D]], gradients: &[[f64; D]], spacing: &[f64]) -> Option<String> {
+    let share = turning(points, gradients, spacing);
+    (share > ONE_SIDED).then(|| {
+        format!(
+            "no trustworthy open {} was found: at {:.1} % of the points its two sides meet; it may have one side only, as \
+             a Möbius band, or walls closer than its points: try a denser scan, or parts of it",
+            shape_name(D),
+            100.0 * share
+        )
+    })
+}
+
 /// Share of the points with a neighbour in their tangent plane where the `gradients` point the other way. `spacing` is local.
-pub fn turning<const D: usize>(points: &[[f64; D]], gradients: &[[f64; D]], spacing: &[f64]) -> f64 {
+fn turning<const D: usize>(points: &[[f64; D]], gradients: &[[f64; D]], spacing: &[f64]) -> f64 {
     if points.len() <= NEIGHBOURS {
         return 0.0;
     }

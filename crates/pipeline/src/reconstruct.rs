@@ -1,41 +1,34 @@
 //! The road: points → frame → f̂ → distance → φ → initial shape → f*.
 
-use std::cell::LazyCell;
 use std::time::Instant;
 
-use zeroset_bspline::{CellBand, Derivatives, HierarchicalSpline, Spline};
-use zeroset_eikonal_sweep::{self as eikonal_sweep, Lattice};
+use zeroset_bspline::{Derivatives, HierarchicalSpline, Spline};
 use zeroset_lsq_init as lsq_init;
-use zeroset_watch::{CancelToken, Watch};
+use zeroset_watch::Watch;
 
 use crate::calibration::{calibrated, distance_figures};
-use crate::crossings::{Closeness, crossings, gaps, supported_share};
 use crate::denoising::denoised;
 use crate::domain::Domain;
 use crate::error::ReconstructError;
-use crate::facing_sheets::facing_share;
 use crate::far_off::far_off;
 use crate::frame::{Frame, finite, not_flat};
+use crate::ground::{Beginning, Ground};
 use crate::heavy_tails::HeavyTails;
-use crate::hole_filling::{Filling, fill_holes};
 use crate::isolated::isolated;
 use crate::known_normals::Known;
 use crate::lattices::Lattices;
 use crate::left_out::{kept, mark, without};
-use crate::memory::{self, Counts, MemoryReport};
-use crate::normals::normals as normals_of;
-use crate::one_sided::turning;
+use crate::one_sided;
 use crate::options::{Options, Topology};
+use crate::phi::{SignStage, Signed, unsigned_distance};
 use crate::point::{Point, Reconstruct};
 use crate::redistancing::Redistancing;
-use crate::refinement::{self, Outcome, Refinement};
-use crate::report::{DistanceReport, FrameReport, InputReport, REPORT_VERSION, Report, StageFigures, StageReport};
-use crate::sides::{SPARSE, SideSearch, Sides};
-use crate::sign::{SignReport, synthesize};
-use crate::sign_field::{SignField, sign_field};
+use crate::refinement::{Outcome, Refinement};
+use crate::report::{FrameReport, InputReport, REPORT_VERSION, Report, StageFigures, StageReport};
 use crate::spacing::Spacing;
-use crate::trust::{self, shape_name};
+use crate::trust;
 use crate::volume;
+use crate::warnings;
 
 /// What a reconstruction leaves: the function, the points that it belongs to, and the report.
 #[derive(Debug, Clone)]
@@ -65,28 +58,10 @@ pub struct Reconstruction<const D: usize> {
     pub report: Report,
 }
 
-/// Holes are filled up to this noise, in spacings.
-const FILLABLE_NOISE: f64 = 0.5;
 /// Noise below this share of the spacing is none, if the surface is open,
 const CLEAN: f64 = 0.1;
 /// and the smoothing length from which refinement starts then is at most so many spacings.
 const CLEAN_RATIO: f64 = 0.4;
-/// Above this share of points that were left out a warning is given: what strays there are among points of one surface are fewer, and more
-/// are often a part of it that is far sparser than the rest.
-const MOST_LEFT_OUT: f64 = 0.04;
-/// Above this score, without what noise adds, few points are searched again with those that lie on no surface with others.
-const UNCONVINCING: f64 = 0.2;
-/// Where more than this share of the points face another sheet within a cell of the dense lattice, some of them have no node between them, and
-/// their sides are lost: then its cells are halved once more, which in space takes eight times the nodes.
-const MOST_FACING: f64 = 0.001;
-/// But not if a cell is no wider than so many spacings: then the points do not tell the sheets apart either.
-const TOLD_APART: f64 = 2.5;
-/// Below this share of its mean the gradient of f̂ does not tell which way a sheet faces.
-const TELLING: f64 = 0.3;
-/// Below this share of zero-set edges with data nearby, a warning is given.
-const SUPPORT_EXPECTED: f64 = 0.7;
-/// An open surface whose sides meet at more of its points is not to be trusted.
-const ONE_SIDED: f64 = 0.02;
 
 /// Reconstructs a closed curve (`D` = 2) or surface (`D` = 3) from points on it, `N × D` in any unit, as the zero set of
 /// a B-spline that is negative inside. With [`Options::open`] the zero set is cut where the points end when it is extracted.
@@ -180,91 +155,25 @@ pub(crate) fn road<const D: usize>(
 
     let name = if options.topology == Topology::Paper { "topology" } else { "ladder" };
     let (ground, sides) = road.stage(name, || beginning.sides(ground, heard, spacing))?;
-    let Ground { lattices: Lattices { domain, halvings, levels }, band, mut memory } = ground;
-    let Sides { f_hat, calibration, ratio, noise, agreed, strays, points: heard, spacing, few, .. } = sides;
-    if strays.len() == distinct.len() {
+    let Ground { lattices: Lattices { domain, halvings, .. }, band, memory } = beginning.adapted(ground, &sides)?;
+    if sides.strays.len() == distinct.len() {
         // All were heard in the end.
         outliers.fill(false);
     }
-    mark(&mut outliers, &strays);
-    let (few, few_spacing) = few.as_ref().map_or((&heard, &spacing), |(few, spacing)| (few, spacing));
+    mark(&mut outliers, &sides.strays);
 
-    let (band, halvings) = match band {
-        Some(band) if refinement::is_deep(noise, &spacing) => {
-            let wide = refinement::band(&heard, &spacing, &domain, halvings, levels, true)?;
-            match beginning.counts(&spacing, &domain, halvings, Some(&wide)).within(memory.limit) {
-                Ok(need) if need.levels == memory.levels => {
-                    memory = need;
-                    (Some(wide.shallower(memory.levels)), halvings)
-                }
-                _ => (Some(band), halvings),
-            }
-        }
-        Some(band) if levels != Some(0) && is_narrow(&f_hat, few, &spacing, domain.spacing(halvings)) => {
-            let levels = levels.map(|levels| levels - 1);
-            let fine = refinement::band(&heard, &spacing, &domain, halvings + 1, levels, false)?;
-            match beginning.counts(&spacing, &domain, halvings + 1, Some(&fine)).within(memory.limit) {
-                Ok(need) if need.levels + 1 >= memory.levels => {
-                    memory = need;
-                    (Some(fine.shallower(memory.levels)), halvings + 1)
-                }
-                _ => (Some(band), halvings),
-            }
-        }
-        band => (band, halvings),
-    };
     let cell = domain.spacing(halvings);
     let nodes = domain.nodes(halvings);
     // The referee knows closed surfaces only and may take an open one for noisy: its choice of a long smoothing length is then
     // heard only if neighbouring points differ as noisy ones do.
-    let misjudged = options.open && noise < CLEAN * spacing.typical;
-    let smoothed = ratio * spacing.typical;
-    let ratio = if misjudged { ratio.min(CLEAN_RATIO) } else { ratio };
-    let smooth = if misjudged { None } else { denoised(&f_hat, &heard, spacing.typical) };
-    let sites = smooth.as_ref().unwrap_or(&heard);
+    let misjudged = options.open && sides.noise < CLEAN * sides.spacing.typical;
+    let smooth = if misjudged { None } else { denoised(&sides.f_hat, &sides.points, sides.spacing.typical) };
+    let sites = smooth.as_ref().unwrap_or(&sides.points);
     let noisy = smooth.is_some();
-    let mut distance = road.stage("distance", || unsigned_distance(sites, &domain, halvings, options))?;
-
-    // Data support the zero set where they lie within a cell and a spacing of both ends of a lattice edge.
-    let reach = |spacing: f64| 1.5 * cell.max(spacing) + cell;
-    let mut no_room = false;
-    let (phi, off) = road.stage("sign", || {
-        let mut field = match agreed {
-            true => SignField::of(&f_hat, &domain, halvings),
-            false => sign_field(&f_hat, few, few_spacing, &domain, halvings, &distance, calibration)?,
-        };
-        let (mut phi, mut report) = synthesize(&field, &distance, reach(spacing.typical));
-        let mut places = crossings(&field.value, &phi, &nodes);
-        let closeness = Closeness { points: &heard, local: &spacing.local, detail: cell.max(smoothed), noise };
-        let off = closeness.off_the_surface(&places);
-        let sites = kept(sites, &off);
-        // What is left open needs no filling, and where noise is deep what is far from all points may well be f̂'s mistake.
-        if !options.open && noise < FILLABLE_NOISE * spacing.typical {
-            let (guide, lattice) = ((&f_hat, ratio), (&domain, halvings));
-            match fill_holes(&mut field, &places, &sites, guide, lattice, &memory)? {
-                Filling::Filled(nodes_filled) => {
-                    let (filled, found) = synthesize(&field, &distance, reach(spacing.typical));
-                    let crossed = crossings(&field.value, &filled, &nodes);
-                    // Unless little is left of a shape that was all hole.
-                    if closeness.is_kept(&crossed, &places) {
-                        (phi, report, places) = (filled, SignReport { nodes_filled, ..found }, crossed);
-                    }
-                }
-                Filling::NoRoom => no_room = true,
-                Filling::NoHoles => {}
-            }
-        }
-        // Between sparse points it runs where points are, too.
-        let local = LazyCell::new(|| spacing.smoothed(&heard));
-        report.supported = supported_share(&places, &heard, reach(spacing.typical), |i| reach(local[i]));
-        let gaps = gaps(&places, &sites, cell.max(spacing.typical));
-        if !gaps.is_empty() || sites.len() < heard.len() {
-            (distance, _) = unsigned_distance(&[sites, gaps].concat(), &domain, halvings, options)?;
-            phi.zip_mut_with(&distance, |phi, d| *phi = d.copysign(*phi));
-        }
-        Ok(((phi, off), StageFigures::Sign(report)))
-    })?;
-    let (mut fitted, mut fitted_spacing) = without(&heard, &off, spacing.clone());
+    let distance = road.stage("distance", || unsigned_distance(sites, &domain, halvings, options))?;
+    let stage = SignStage { sides: &sides, sites, domain: &domain, halvings, memory: &memory, options };
+    let Signed { phi, distance, off, no_room } = road.stage("sign", || stage.run(distance))?;
+    let (mut fitted, mut fitted_spacing) = without(&sides.points, &off, sides.spacing.clone());
     mark(&mut outliers, &off);
 
     let knots = domain.knots(options.degree, halvings)?;
@@ -279,9 +188,9 @@ pub(crate) fn road<const D: usize>(
         let settings = Refinement {
             points: &fitted,
             spacing: &fitted_spacing,
-            f_hat: &f_hat,
-            noise,
-            ratio,
+            f_hat: &sides.f_hat,
+            noise: sides.noise,
+            ratio: if misjudged { sides.ratio.min(CLEAN_RATIO) } else { sides.ratio },
             domain: &domain,
             halvings,
             band: band.as_ref(),
@@ -305,11 +214,12 @@ pub(crate) fn road<const D: usize>(
     let mut spline = calibrated(spline, &domain, halvings, &distance, fitted_spacing.typical)?;
 
     let coarse = domain.knots(options.degree, 0)?;
+    let (few, few_spacing) = sides.few();
     let trust = trust::judge(
         &spline,
         (&fitted, &fitted_spacing),
         (few, few_spacing),
-        (noise, heavy_tails.is_some()),
+        (sides.noise, heavy_tails.is_some()),
         &coarse,
         &frame,
     )?;
@@ -318,7 +228,7 @@ pub(crate) fn road<const D: usize>(
         let settings = Redistancing {
             points: &fitted,
             spacing: &fitted_spacing,
-            noise,
+            noise: sides.noise,
             domain: &domain,
             halvings,
             band,
@@ -328,57 +238,31 @@ pub(crate) fn road<const D: usize>(
         spline = road.stage("redistancing", || settings.run(spline))?;
     }
     let distance = distance_figures(&spline, &domain, halvings, &distance, (few, fitted_spacing.typical));
-    let (warning, mut doubt) = trust::verdict::<D>(&trust, options.open, agreed);
+    let (warning, mut doubt) = trust::verdict::<D>(&trust, options.open, sides.agreed);
     let mut of_volume = None;
     if doubt.is_none() {
         (of_volume, doubt) = volume::verdict(&fitted, options.smoothing.is_some());
     }
     if doubt.is_none() && options.open {
         let gradients = spline.evaluate(&fitted, Derivatives::Gradient).gradients;
-        let share = turning(&fitted, &gradients, &fitted_spacing.local);
-        if share > ONE_SIDED {
-            doubt = Some(format!(
-                "no trustworthy open {} was found: at {:.1} % of the points its two sides meet; it may have one side only, as \
-                 a Möbius band, or walls closer than its points: try a denser scan, or parts of it",
-                shape_name(D),
-                100.0 * share
-            ));
-        }
+        doubt = one_sided::doubt(&fitted, &gradients, &fitted_spacing.local);
     }
-    let mut warnings = warnings(&road.stages, options.open);
+    let (left_out, far) = (distinct.len() - fitted.len(), points.len() - near.len());
+    let mut warnings = warnings::of_stages(&road.stages, options.open);
     warnings.extend(warning.into_iter().chain(of_volume));
     warnings.extend(memory.warning(cell));
-    if no_room {
-        warnings.push(
-            "holes of the data are closed more flatly than what is around them: there is too little memory for the fit that \
-             follows its curvature; allow more (--memory)"
-                .into(),
-        );
-    }
-    let left_out = distinct.len() - fitted.len();
-    if left_out as f64 > MOST_LEFT_OUT * distinct.len() as f64 {
-        warnings.push(format!(
-            "{:.1} % of the points were left out, for they lie on no {} with others: if they belong to the shape (--oriented names \
-             them), it is sampled too sparsely there",
-            100.0 * left_out as f64 / distinct.len() as f64,
-            shape_name(D)
-        ));
-    }
-    if near.len() < points.len() {
-        warnings.push(format!(
-            "{} of the points lie many times farther away than the others reach: they were left out",
-            points.len() - near.len()
-        ));
-    }
+    warnings.extend(no_room.then(warnings::of_flat_holes));
+    warnings.extend(warnings::of_left_out::<D>(left_out, distinct.len()));
+    warnings.extend(warnings::of_far_off(far));
     let report = Report {
         version: REPORT_VERSION,
         input: InputReport {
             dimension: D,
             points: points.len(),
             repeated: near.len() - distinct.len(),
-            outliers: left_out + points.len() - near.len(),
-            spacing: spacing.typical / frame.scale,
-            noise: noise / frame.scale,
+            outliers: left_out + far,
+            spacing: sides.spacing.typical / frame.scale,
+            noise: sides.noise / frame.scale,
             heavy_tails: heavy_tails.map(|found| HeavyTails { loss_length: found.loss_length / frame.scale, ..found }),
         },
         frame: FrameReport {
@@ -395,7 +279,7 @@ pub(crate) fn road<const D: usize>(
         warnings,
         doubt,
     };
-    let guide = noisy.then_some(f_hat);
+    let guide = noisy.then_some(sides.f_hat);
     Ok(Reconstruction {
         spline,
         frame,
@@ -409,97 +293,6 @@ pub(crate) fn road<const D: usize>(
         open: options.open,
         report,
     })
-}
-
-/// What the road begins with.
-struct Beginning<'a, const D: usize> {
-    /// How many points came.
-    points: usize,
-    distinct: &'a [[f64; D]],
-    frame: &'a Frame<D>,
-    /// In the frame.
-    margin: f64,
-    known: Option<Known<'a, D>>,
-    options: &'a Options,
-    cancel: &'a CancelToken,
-}
-
-/// The lattices that points ask for.
-struct Ground<const D: usize> {
-    lattices: Lattices<D>,
-    /// As far as memory reaches.
-    band: Option<CellBand<D>>,
-    memory: MemoryReport,
-}
-
-impl<const D: usize> Beginning<'_, D> {
-    fn counts(&self, spacing: &Spacing, domain: &Domain<D>, halvings: u32, band: Option<&CellBand<D>>) -> Counts {
-        Counts::of(self.points, spacing, domain, halvings, self.options, band)
-    }
-
-    fn ground(&self, heard: &[[f64; D]], spacing: &Spacing) -> Result<Ground<D>, ReconstructError> {
-        let options = self.options;
-        let lattices = Lattices::of(self.frame, spacing, self.margin, options);
-        let Lattices { domain, halvings, levels } = &lattices;
-        let band = match options.refine && options.degree == 3 {
-            true => Some(refinement::band(heard, spacing, domain, *halvings, *levels, false)?),
-            false => None,
-        };
-        let counts = self.counts(spacing, domain, *halvings, band.as_ref());
-        let memory = counts.within(memory::memory_limit(options.memory))?;
-        let band = band.map(|band| band.shallower(memory.levels));
-        Ok(Ground { lattices, band, memory })
-    }
-
-    /// f̂ for points that are heard, and the ground that it was found on: where few points have no convincing sides without those that lie on no
-    /// surface with others, these may well be a sparse part of it, and all are heard if that gives better ones, or unit normals that agree.
-    fn sides(
-        &self,
-        ground: Ground<D>,
-        heard: Vec<[f64; D]>,
-        spacing: Spacing,
-    ) -> Result<((Ground<D>, Sides<D>), StageFigures), ReconstructError> {
-        let is_all = heard.len() == self.distinct.len();
-        let (sides, figures) = self.sides_on(&ground, heard, spacing, f64::INFINITY)?;
-        if D == 2 || is_all || self.distinct.len() > SPARSE || self.options.open || sides.score <= UNCONVINCING {
-            return Ok(((ground, sides), figures));
-        }
-        let of_all = || -> Result<_, ReconstructError> {
-            let spacing = Spacing::of(self.distinct);
-            let ground = self.ground(self.distinct, &spacing)?;
-            Ok((self.sides_on(&ground, self.distinct.to_vec(), spacing, sides.score)?, ground))
-        };
-        let is_better = |other: &Sides<D>| {
-            other.agreed || other.score <= UNCONVINCING || (!sides.agreed && other.score < sides.score)
-        };
-        match of_all() {
-            Ok(((other, figures), all)) if is_better(&other) => Ok(((all, other), figures)),
-            Err(error) if error.is_cancelled() => Err(error),
-            _ => Ok(((ground, sides), figures)),
-        }
-    }
-
-    fn sides_on(
-        &self,
-        ground: &Ground<D>,
-        heard: Vec<[f64; D]>,
-        spacing: Spacing,
-        to_beat: f64,
-    ) -> Result<(Sides<D>, StageFigures), ReconstructError> {
-        let Lattices { domain, halvings, .. } = &ground.lattices;
-        let search = SideSearch {
-            domain,
-            halvings: *halvings,
-            options: self.options,
-            frame: self.frame,
-            known: self.known,
-            memory: &ground.memory,
-            to_beat,
-            cancel: self.cancel,
-        };
-        let left_out = self.distinct.len() - heard.len();
-        search.run(heard, spacing, left_out)
-    }
 }
 
 impl<const D: usize> Reconstruction<D> {
@@ -536,62 +329,6 @@ impl Road<'_> {
         self.stages.push(StageReport { seconds: start.elapsed().as_secs_f64(), figures });
         Ok(result)
     }
-}
-
-/// Whether gaps or walls that the points tell apart are narrower than a `cell` of the dense lattice; f̂ was fitted to these few of them.
-fn is_narrow<const D: usize>(f_hat: &Spline<D>, few: &[[f64; D]], spacing: &Spacing, cell: f64) -> bool {
-    D == 3
-        && cell > TOLD_APART * spacing.typical
-        && facing_share(few, &normals_of(f_hat, few, TELLING), cell) > MOST_FACING
-}
-
-fn unsigned_distance<const D: usize>(
-    points: &[[f64; D]],
-    domain: &Domain<D>,
-    halvings: u32,
-    options: &Options,
-) -> Result<(ndarray::ArrayD<f64>, StageFigures), ReconstructError> {
-    let shape = domain.cells(halvings).map(|cells| cells + 1);
-    let lattice = Lattice::new(domain.lower, domain.spacing(halvings), shape)?;
-    let settings = eikonal_sweep::Options { method: options.distance, ..eikonal_sweep::Options::default() };
-    let distance = eikonal_sweep::distance(points, &lattice, &settings)?;
-    let report = DistanceReport {
-        nodes: shape.to_vec(),
-        sweeps: distance.report.sweeps,
-        last_change: distance.report.last_change,
-    };
-    Ok((distance.values, StageFigures::Distance(report)))
-}
-
-/// That a surface is open is no news where an `open` one is wanted.
-fn warnings(stages: &[StageReport], open: bool) -> Vec<String> {
-    let mut warnings = Vec::new();
-    for stage in stages {
-        match &stage.figures {
-            StageFigures::Topology(report) if report.continuation.stages.iter().any(|stage| !stage.settled) => {
-                warnings.push(
-                    "the orientation of the points did not settle: some may be on the wrong side; try another \
-                     --resolution"
-                        .into(),
-                );
-            }
-            StageFigures::Sign(report) if report.supported < SUPPORT_EXPECTED && !open => {
-                warnings.push(format!(
-                    "only {:.0} % of the surface runs where points are: the data have large holes, or the shape is open \
-                     (--open)",
-                    100.0 * report.supported
-                ));
-            }
-            StageFigures::Sign(report) if report.nodes_clipped > 0 && !open => {
-                warnings.push(format!(
-                    "{} lattice nodes on the faces of the box were inside and were cut off: the shape may be open (--open)",
-                    report.nodes_clipped
-                ));
-            }
-            _ => {}
-        }
-    }
-    warnings
 }
 
 #[cfg(test)]

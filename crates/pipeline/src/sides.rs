@@ -82,6 +82,13 @@ pub struct Sides<const D: usize> {
     pub few: Option<Few<D>>,
 }
 
+impl<const D: usize> Sides<D> {
+    /// The points that f̂ was fitted to, and how far apart they are.
+    pub fn few(&self) -> (&[[f64; D]], &Spacing) {
+        self.few.as_ref().map_or((&self.points, &self.spacing), |(few, spacing)| (few, spacing))
+    }
+}
+
 /// One f̂.
 struct Fit<const D: usize> {
     f_hat: Spline<D>,
