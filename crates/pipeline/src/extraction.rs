@@ -57,7 +57,7 @@ pub fn extract_surface(reconstruction: &mut Reconstruction<3>) -> Result<(TriMes
         [remote, mesh.area()]
     });
     if !reconstruction.open {
-        let warning = handle_warning(&mesh, &nearest, &reconstruction.frame);
+        let warning = handle_warning(&mesh, (&support, &nearest), &reconstruction.frame);
         reconstruction.report.warnings.extend(warning);
     }
     let uncovered = uncovered(&points, &mesh.vertices, &nearest, 2.0 * reconstruction.spacing.typical);
@@ -215,8 +215,17 @@ pub enum Figures {
 
 /// That a handle runs through places away from all points, all round it: without it, closed by two sheets instead, the surface would suit the
 /// points as well. `nearest` has the nearest point of every vertex.
-fn handle_warning(mesh: &TriMesh, nearest: &[Nearest], frame: &Frame<3>) -> Option<String> {
-    let away: Vec<f64> = nearest.iter().map(|nearest| nearest.remoteness - AWAY).collect();
+fn handle_warning(
+    mesh: &TriMesh,
+    (support, nearest): (&Support<'_, 3>, &[Nearest]),
+    frame: &Frame<3>,
+) -> Option<String> {
+    let remoteness = |(vertex, nearest): (&[f64; 3], &Nearest)| match nearest.remoteness {
+        // Others than the nearest are asked where that may make a difference.
+        remoteness if remoteness > AWAY => support.remoteness(vertex),
+        remoteness => remoteness,
+    };
+    let away: Vec<f64> = mesh.vertices.par_iter().zip(nearest).map(|at| remoteness(at) - AWAY).collect();
     let handles = mesh.handles_across(&away);
     let worst = handles.iter().max_by(|a, b| away[**a].total_cmp(&away[**b]))?;
     Some(format!(

@@ -31,6 +31,8 @@ pub struct Support<'a, const D: usize> {
     tree: ImmutableKdTree<f64, D>,
     /// Mean of the neighbours' spacings, per point.
     local: Vec<f64>,
+    /// Its own spacing, per point.
+    own: &'a [f64],
     typical: f64,
 }
 
@@ -54,11 +56,11 @@ impl Nearest {
 
 impl<'a, const D: usize> Support<'a, D> {
     /// The points must be distinct and finite, and at least two.
-    pub fn new(points: &'a [[f64; D]], spacing: &Spacing) -> Self {
+    pub fn new(points: &'a [[f64; D]], spacing: &'a Spacing) -> Self {
         let tree = tree_of(points);
         // Smoothed, for a boundary without steps.
         let local = spacing.smoothed_in(&tree, points);
-        Self { points, tree, local, typical: spacing.typical }
+        Self { points, tree, local, own: &spacing.local, typical: spacing.typical }
     }
 
     /// The least area (length in 2D) of a part that is no speck, and of a hole that stays open.
@@ -81,6 +83,16 @@ impl<'a, const D: usize> Support<'a, D> {
         let nearest = self.tree.query(place).nearest_one::<SquaredEuclidean<f64>>().execute();
         let (distance, sample) = (nearest.distance.sqrt(), nearest.item as usize);
         Nearest { sample, distance, remoteness: distance / (FARTHEST * self.local[sample]) }
+    }
+
+    /// How far a place is from a sample around it over the farthest that this one supports, at the least: beside samples of a denser part, where
+    /// the nearest one does not reach far, it may be among those of a sparser one. Of these the mean of the spacings knows little, for their
+    /// neighbours are many of the denser ones.
+    pub fn remoteness(&self, place: &[f64; D]) -> f64 {
+        let wanted = NonZero::<usize>::MIN.saturating_add(AROUND - 1);
+        let around = self.tree.query(place).nearest_n::<SquaredEuclidean<f64>>(wanted).execute();
+        let reach = |sample: usize| FARTHEST * self.local[sample].max(self.own[sample]);
+        around.iter().map(|near| near.distance.sqrt() / reach(near.item as usize)).fold(f64::INFINITY, f64::min)
     }
 
     /// How far each sample supports a surface at most.
@@ -136,6 +148,24 @@ mod tests {
         assert!(along(20.0).iter().all(|lack| *lack < -0.5), "the midst");
         assert!(along(40.0).iter().all(|lack| *lack < 0.0), "the edge is kept");
         assert!(along(42.0).iter().all(|lack| *lack > 0.0), "two spacings beyond it nothing is");
+    }
+
+    #[test]
+    fn a_place_beside_a_denser_part_is_among_the_samples_of_the_sparser_one() {
+        // Five times as far apart beyond x = 0.
+        let dense = (0..400).map(|i| [-0.2 * f64::from(i / 20), 0.2 * f64::from(i % 20), 0.0]);
+        let sparse = (0..16).map(|i| [1.0 + f64::from(i / 4), f64::from(i % 4), 0.0]);
+        let points: Vec<[f64; 3]> = dense.chain(sparse).collect();
+        let spacing = Spacing::of(&points);
+        let support = Support::new(&points, &spacing);
+        let beside = [0.5, 1.0, 0.0];
+        let remoteness = |place| (support.nearest_to(&place).remoteness, support.remoteness(&place));
+        let (nearest, least) = remoteness(beside);
+        assert!(nearest > 1.0 && least < 0.6, "{nearest}, {least}");
+        // In the midst of either it makes little difference, and far from both none.
+        let (nearest, least) = remoteness([-2.1, 2.1, 0.0]);
+        assert!(least <= nearest && least > 0.9 * nearest, "{nearest}, {least}");
+        assert!(support.remoteness(&[-4.0, 2.0, 4.0]) > 5.0);
     }
 
     #[test]
