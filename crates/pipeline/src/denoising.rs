@@ -5,12 +5,12 @@
 
 use zeroset_bspline::{Derivatives, Spline};
 
-/// Points are noisy if half of them lie farther than so many spacings from the zero set of f̂.
-const NOISY: f64 = 0.2;
+/// Points are moved if half of them lie farther than so many spacings from the zero set of f̂.
+const WORTHWHILE: f64 = 0.2;
 /// No point moves farther than so many times the median distance: one that would does not belong to that sheet.
 const FARTHEST: f64 = 5.0;
 
-/// The points on the zero set of f̂, by one Newton step along its gradient; `None` if they are not noisy.
+/// The points on the zero set of f̂, by one Newton step along its gradient; `None` if they hardly move.
 pub fn denoised<const D: usize>(f_hat: &Spline<D>, points: &[[f64; D]], typical: f64) -> Option<Vec<[f64; D]>> {
     let found = f_hat.evaluate(points, Derivatives::Gradient);
     let steps: Vec<[f64; D]> = found
@@ -26,7 +26,7 @@ pub fn denoised<const D: usize>(f_hat: &Spline<D>, points: &[[f64; D]], typical:
     let mut sorted = lengths.clone();
     sorted.sort_by(f64::total_cmp);
     let median = sorted[sorted.len() / 2];
-    if median <= NOISY * typical {
+    if median <= WORTHWHILE * typical {
         return None;
     }
     let moved = points.iter().zip(steps.iter().zip(&lengths)).map(|(point, (step, &length))| {

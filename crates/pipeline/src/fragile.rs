@@ -7,6 +7,7 @@ use zeroset_bspline::{CriticalPoint, HierarchicalSpline};
 
 use crate::frame::Frame;
 use crate::kd_tree::tree_of;
+use crate::spacing::NOISY;
 
 /// The zero set is as sure as this share of the standard deviation of the points, of which a smooth function averages many,
 const OF_NOISE: f64 = 0.1;
@@ -22,9 +23,6 @@ const REFINED_OF_SPACING: f64 = 0.05;
 const WRINKLE_HEIGHT: f64 = 2.0;
 /// and so many spacings, or standard deviations of the noise, from each other.
 const WRINKLE_LENGTH: f64 = 3.0;
-/// With more noise than so many spacings, in space, walls that are whole and parts that are separate hang on nothing: noise pierces and bridges
-/// them, but closes no hole and parts nothing.
-const NOISY: f64 = 0.1;
 /// The report lists so many at most.
 const LISTED: usize = 100;
 
@@ -41,7 +39,8 @@ pub struct FragilePlace {
 }
 
 /// The critical points of f nearer to zero than points with this `noise` and `spacing`, in the frame, can tell, the nearest first, without
-/// those that are but wrinkles, and without the walls and gaps that have withstood noise.
+/// those that are but wrinkles, and, in space, without
+/// the walls and gaps that have withstood noise.
 pub fn fragile<const D: usize>(
     f: &HierarchicalSpline<D>,
     noise: f64,
@@ -52,6 +51,7 @@ pub fn fragile<const D: usize>(
     let height = WRINKLE_HEIGHT * reach;
     let wide = f.critical_points(reach + height);
     let wrinkles = wrinkles(&wide, height, WRINKLE_LENGTH * spacing.max(noise));
+    // Noise pierces and bridges them, but closes no hole and parts nothing.
     let noisy = noise > NOISY * spacing;
     let is_fragile = |(point, wrinkle): &(&CriticalPoint<D>, &bool)| {
         !**wrinkle && point.value.abs() <= reach && !(noisy && is_whole(point))

@@ -25,7 +25,7 @@ use crate::point::{Point, Reconstruct};
 use crate::redistancing::Redistancing;
 use crate::refinement::{Outcome, Refinement};
 use crate::report::{FrameReport, InputReport, REPORT_VERSION, Report, StageFigures, StageReport};
-use crate::spacing::Spacing;
+use crate::spacing::{NOISY, Spacing};
 use crate::trust;
 use crate::volume;
 use crate::warnings;
@@ -58,9 +58,7 @@ pub struct Reconstruction<const D: usize> {
     pub report: Report,
 }
 
-/// Noise below this share of the spacing is none, if the surface is open,
-const CLEAN: f64 = 0.1;
-/// and the smoothing length from which refinement starts then is at most so many spacings.
+/// The smoothing length from which refinement of an open surface starts is at most so many spacings if its points are not noisy.
 const CLEAN_RATIO: f64 = 0.4;
 
 /// Reconstructs a closed curve (`D` = 2) or surface (`D` = 3) from points on it, `N × D` in any unit, as the zero set of
@@ -166,7 +164,7 @@ pub(crate) fn road<const D: usize>(
     let nodes = domain.nodes(halvings);
     // The referee knows closed surfaces only and may take an open one for noisy: its choice of a long smoothing length is then
     // heard only if neighbouring points differ as noisy ones do.
-    let misjudged = options.open && sides.noise < CLEAN * sides.spacing.typical;
+    let misjudged = options.open && sides.noise < NOISY * sides.spacing.typical;
     let smooth = if misjudged { None } else { denoised(&sides.f_hat, &sides.points, sides.spacing.typical) };
     let sites = smooth.as_ref().unwrap_or(&sides.points);
     let noisy = smooth.is_some();
@@ -215,14 +213,7 @@ pub(crate) fn road<const D: usize>(
 
     let coarse = domain.knots(options.degree, 0)?;
     let (few, few_spacing) = sides.few();
-    let trust = trust::judge(
-        &spline,
-        (&fitted, &fitted_spacing),
-        (few, few_spacing),
-        (sides.noise, heavy_tails.is_some()),
-        &coarse,
-        &frame,
-    )?;
+    let trust = trust::judge(&spline, (&fitted, &fitted_spacing), (few, few_spacing), sides.noise, &coarse, &frame)?;
     // What hangs on little is seen where f hardly leaves zero: afterwards it is as far from it as a distance would be.
     if let Some(band) = &band {
         let settings = Redistancing {

@@ -14,7 +14,7 @@ use crate::error::ReconstructError;
 use crate::heavy_tails::{HeavyTails, Noise};
 use crate::normals::normals;
 use crate::report::StageFigures;
-use crate::spacing::Spacing;
+use crate::spacing::{NOISY, Spacing};
 use crate::strays::{Stray, strays};
 use crate::topology_changes::{TopologyChange, topology_changes};
 
@@ -38,9 +38,7 @@ const WIDEST: usize = 7;
 const SECOND_ORDER: f64 = 4.0;
 /// Steps of conjugate gradients for a Gauss–Newton step, where cells are as large as spacings.
 const CG_STEPS: f64 = 12.0;
-/// Noise below this share of the spacing is not told from detail.
-const NOISY: f64 = 0.1;
-/// Above this share of it f̂ and the initial shape are far enough from the surface that refinement has to move them over many cells at
+/// With more noise than this share of the spacing f̂ and the initial shape are far enough from the surface that refinement has to move them over many cells at
 /// once, of which conjugate gradients learn cell by cell: on the dense lattice they make so many steps then, where cells are as large as
 /// spacings.
 const DEEP: f64 = 0.2;

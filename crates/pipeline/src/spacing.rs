@@ -21,6 +21,9 @@ pub struct Spacing {
     pub nearest: Vec<f64>,
 }
 
+/// Points with more noise than so many of their spacings are noisy; less is detail that is finer than the spacing, or nothing.
+pub const NOISY: f64 = 0.1;
+
 /// How many neighbours an estimate looks at.
 pub(crate) const NEIGHBOURS: usize = 6;
 

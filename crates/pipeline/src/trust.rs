@@ -9,7 +9,7 @@ use crate::fragile::{FragilePlace, fragile};
 use crate::frame::Frame;
 use crate::heavy_tails::Noise;
 use crate::report::{OffReport, TrustReport};
-use crate::spacing::Spacing;
+use crate::spacing::{NOISY, Spacing};
 
 /// A [score](zeroset_gefm::Judgement::beyond_noise) above this is no orientation that anybody should rely on: right ones reached 0.25 with points all over the
 /// surface and 0.36 with points along curves on it, wrong ones scored 0.44 and more.
@@ -35,7 +35,7 @@ pub fn judge<const D: usize>(
     f: &HierarchicalSpline<D>,
     (fitted, own): (&[[f64; D]], &Spacing),
     (points, spacing): (&[[f64; D]], &Spacing),
-    (noise, heavy_tails): (f64, bool),
+    noise: f64,
     knots: &[KnotVector; D],
     frame: &Frame<D>,
 ) -> Result<TrustReport, ReconstructError> {
@@ -47,11 +47,14 @@ pub fn judge<const D: usize>(
     // Most often all points that are heard are fitted.
     let heard =
         if points == fitted { &distances } else { &f.evaluate(points, Derivatives::Gradient).sampson_distances() };
+    let heavy_tails = (noise > NOISY * own.typical)
+        .then(|| Noise::around(&at, fitted))
+        .filter(|around| around.loss_length(&own.areas).is_some());
     Ok(TrustReport {
         score: judgement.beyond_noise(noise / spacing.typical),
         judgement,
         unsure,
-        misfit: if heavy_tails { misfit(&Noise::around(&at, fitted).shared(), own) } else { misfit(&distances, own) },
+        misfit: heavy_tails.map_or_else(|| misfit(&distances, own), |around| misfit(&around.shared(), own)),
         off: off(heard, points, spacing.typical, noise, frame),
         layers: layers(&distances, noise, own.typical),
         flat: flat(&at),
@@ -219,7 +222,7 @@ mod tests {
         // Half a thousandth inside in the midst: a hundredth of the spacing of the few, a tenth of that of the many.
         let fragile_by = |fitted: &[[f64; 2]]| {
             let (own, spacing) = (Spacing::of(fitted), Spacing::of(&few));
-            judge(&oval(0.2505), (fitted, &own), (&few, &spacing), (0.0, false), &knots, &frame).unwrap().fragile.len()
+            judge(&oval(0.2505), (fitted, &own), (&few, &spacing), 0.0, &knots, &frame).unwrap().fragile.len()
         };
         assert_eq!([fragile_by(&few), fragile_by(&many)], [1, 0]);
     }
