@@ -1,6 +1,6 @@
 //! Project tasks: `cargo xtask bench`, `cargo xtask ci`, `cargo xtask compare`, `cargo xtask coverage`, `cargo xtask faults`,
-//! `cargo xtask foreign`, `cargo xtask golden`, `cargo xtask manual`, `cargo xtask paper`, `cargo xtask sample`, `cargo xtask shapes`,
-//! `cargo xtask soak`.
+//! `cargo xtask foreign`, `cargo xtask golden`, `cargo xtask guide`, `cargo xtask manual`, `cargo xtask paper`, `cargo xtask sample`,
+//! `cargo xtask shapes`, `cargo xtask soak`.
 
 mod bench;
 mod ci;
@@ -9,6 +9,7 @@ mod coverage;
 mod faults;
 mod foreign;
 mod golden;
+mod guide;
 mod manual;
 mod paper;
 mod sample;
@@ -49,6 +50,8 @@ enum Task {
         #[arg(long)]
         regenerate: bool,
     },
+    /// Run the commands of docs/guide.md, and see whether they print what it says.
+    Guide,
     /// Write the manual pages and completions of the command line anew: docs/man, docs/completions.
     Manual,
     /// Redo the paper: Table 1, the figures, its claim measured. Writes docs/paper.
@@ -72,6 +75,7 @@ fn main() -> ExitCode {
         Task::Faults(arguments) => faults::run(&root, &arguments),
         Task::Golden { regenerate: false } => golden::check(&root),
         Task::Golden { regenerate: true } => golden::regenerate(&root),
+        Task::Guide => guide::run(&root),
         Task::Manual => manual::run(&root),
         Task::Paper if cfg!(debug_assertions) => in_release("paper"),
         Task::Paper => paper::run(&root),
