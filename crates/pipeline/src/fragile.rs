@@ -39,8 +39,7 @@ pub struct FragilePlace {
 }
 
 /// The critical points of f nearer to zero than points with this `noise` and `spacing`, in the frame, can tell, the nearest first, without
-/// those that are but wrinkles, and, in space, without
-/// the walls and gaps that have withstood noise.
+/// those that are but wrinkles, and, in space, without the walls and gaps that have withstood noise.
 pub fn fragile<const D: usize>(
     f: &HierarchicalSpline<D>,
     noise: f64,
