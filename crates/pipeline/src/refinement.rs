@@ -38,9 +38,9 @@ const WIDEST: usize = 7;
 const SECOND_ORDER: f64 = 4.0;
 /// Steps of conjugate gradients for a Gauss–Newton step, where cells are as large as spacings.
 const CG_STEPS: f64 = 12.0;
-/// With more noise than this share of the spacing f̂ and the initial shape are far enough from the surface that refinement has to move them over many cells at
-/// once, of which conjugate gradients learn cell by cell: on the dense lattice they make so many steps then, where cells are as large as
-/// spacings.
+/// With more noise than this share of the spacing f̂ and the initial shape are far enough from the surface that refinement has to move
+/// them over many cells at once, of which conjugate gradients learn cell by cell: on the dense lattice they make so many steps then, where
+/// cells are as large as spacings.
 const DEEP: f64 = 0.2;
 const CG_STEPS_DEEP: f64 = 30.0;
 /// And above this share the noise, rather than detail, decides how smooth a fit is to be: what a fit follows of it is allowed for.

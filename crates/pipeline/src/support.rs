@@ -89,15 +89,21 @@ impl<'a, const D: usize> Support<'a, D> {
     /// the nearest one does not reach far, it may be among those of a sparser one. Of these the mean of the spacings knows little, for their
     /// neighbours are many of the denser ones.
     pub fn remoteness(&self, place: &[f64; D]) -> f64 {
-        let wanted = NonZero::<usize>::MIN.saturating_add(AROUND - 1);
-        let around = self.tree.query(place).nearest_n::<SquaredEuclidean<f64>>(wanted).execute();
+        let around = self.around(place);
         let reach = |sample: usize| FARTHEST * self.local[sample].max(self.own[sample]);
-        around.iter().map(|near| near.distance.sqrt() / reach(near.item as usize)).fold(f64::INFINITY, f64::min)
+        around.iter().map(|(sample, square)| square.sqrt() / reach(*sample)).fold(f64::INFINITY, f64::min)
     }
 
     /// How far each sample supports a surface at most.
     pub fn reaches(&self) -> impl Iterator<Item = f64> + '_ {
         self.local.iter().map(|local| FARTHEST * local)
+    }
+
+    /// The samples nearest to a place, with the squares of their distances.
+    fn around(&self, place: &[f64; D]) -> Vec<(usize, f64)> {
+        let Some(wanted) = NonZero::new(AROUND.min(self.points.len())) else { return vec![] };
+        let found = self.tree.query(place).nearest_n::<SquaredEuclidean<f64>>(wanted).execute();
+        found.into_iter().map(|near| (near.item as usize, near.distance)).collect()
     }
 
     fn lack_at(&self, place: &[f64; D]) -> f64 {
@@ -106,15 +112,14 @@ impl<'a, const D: usize> Support<'a, D> {
         if remoteness > 2.0 {
             return remoteness - 1.0;
         }
-        let Some(wanted) = NonZero::new(AROUND.min(self.points.len())) else { return remoteness };
-        let around = self.tree.query(place).nearest_n::<SquaredEuclidean<f64>>(wanted).execute();
-        let Some(first) = around.iter().min_by(|a, b| a.distance.total_cmp(&b.distance)) else { return remoteness };
-        let sigma = WIDTH * self.local[first.item as usize];
+        let around = self.around(place);
+        let Some(&(first, least)) = around.iter().min_by(|a, b| a.1.total_cmp(&b.1)) else { return remoteness };
+        let sigma = WIDTH * self.local[first];
         let (mut spacing, mut offset) = (0.0, [0.0; D]);
-        for sample in &around {
-            let (index, local) = (sample.item as usize, self.local[sample.item as usize]);
+        for (index, square) in around {
+            let local = self.local[index];
             // The nearest has weight 1, however far it is.
-            let weight = ((first.distance - sample.distance) / (2.0 * sigma * sigma)).exp() * local.powi(D as i32 - 1);
+            let weight = ((least - square) / (2.0 * sigma * sigma)).exp() * local.powi(D as i32 - 1);
             spacing += weight * local;
             (0..D).for_each(|axis| offset[axis] += weight * (self.points[index][axis] - place[axis]));
         }
