@@ -6,6 +6,8 @@ use std::process::Command;
 use anyhow::{Context, Result, bail};
 use serde_json::Value;
 
+use crate::target_with_program;
+
 /// Drawings and report pages among the outputs of `checks/formats.py`, and what the browser is told that they are.
 const DRAWN: [(&str, &str); 6] = [
     ("svg", "annulus.svg"),
@@ -18,12 +20,7 @@ const DRAWN: [(&str, &str); 6] = [
 
 pub fn run(root: &Path) -> Result<()> {
     let root = root.canonicalize()?;
-    let status =
-        Command::new("cargo").args(["build", "--quiet", "--package", "zeroset-cli"]).current_dir(&root).status();
-    if !status.context("cargo could not be started")?.success() {
-        bail!("the program could not be built");
-    }
-    let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), PathBuf::from);
+    let target = target_with_program(&root, &[])?;
     let (folder, checks) = (target.join("checks"), root.join("checks"));
     let outputs = folder.join("outputs");
     // Outputs are made by the checks in Python; without it there is nothing to open.

@@ -5,6 +5,8 @@ use std::process::Command;
 
 use anyhow::{Context, Result, bail};
 
+use crate::target_with_program;
+
 /// A command, and lines that are shown of what it prints.
 #[derive(Debug, PartialEq)]
 struct Shown<'a> {
@@ -15,12 +17,7 @@ struct Shown<'a> {
 /// Runs them in a folder with the fixtures, one after the other, for some read what others have written.
 pub fn run(root: &Path) -> Result<()> {
     let root = root.canonicalize()?;
-    let mut build = Command::new("cargo");
-    let status = build.args(["build", "--quiet", "--release", "--package", "zeroset-cli"]).current_dir(&root).status();
-    if !status.context("cargo could not be started")?.success() {
-        bail!("the program could not be built");
-    }
-    let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), Into::into);
+    let target = target_with_program(&root, &["--release"])?;
     // Below the workspace, where cargo knows its tasks.
     let folder = root.join("target/guide");
     let points = folder.join("fixtures/points");

@@ -16,7 +16,7 @@ mod sample;
 mod shapes;
 mod soak;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
 use anyhow::{Context, Result, bail};
@@ -90,6 +90,16 @@ fn main() -> ExitCode {
             ExitCode::FAILURE
         }
     }
+}
+
+/// Builds the program, with such options of cargo; the target folder that it is in.
+fn target_with_program(root: &Path, options: &[&str]) -> Result<PathBuf> {
+    let mut build = Command::new("cargo");
+    build.args(["build", "--quiet", "--package", "zeroset-cli"]).args(options).current_dir(root);
+    if !build.status().context("cargo could not be started")?.success() {
+        bail!("the program could not be built");
+    }
+    Ok(std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), PathBuf::from))
 }
 
 /// Times are only worth something with optimisation: the same task again, built for release.
