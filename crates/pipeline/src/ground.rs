@@ -4,19 +4,19 @@
 use zeroset_bspline::CellBand;
 use zeroset_watch::CancelToken;
 
-use crate::domain::Domain;
 use crate::error::ReconstructError;
-use crate::facing_sheets::facing_share;
-use crate::frame::Frame;
-use crate::known_normals::Known;
-use crate::lattices::Lattices;
+use crate::lattice::cell_widths::Lattices;
+use crate::lattice::domain::Domain;
 use crate::memory::{self, Counts, MemoryReport};
-use crate::normals::normals;
 use crate::options::Options;
+use crate::points::frame::Frame;
+use crate::points::known_normals::Known;
+use crate::points::spacing::Spacing;
 use crate::refinement;
 use crate::report::StageFigures;
+use crate::sides::facing_sheets::facing_share;
+use crate::sides::normals::normals;
 use crate::sides::{SPARSE, SideSearch, Sides};
-use crate::spacing::Spacing;
 
 /// Above this score, without what noise adds, few points are searched again with those that lie on no surface with others.
 const UNCONVINCING: f64 = 0.2;

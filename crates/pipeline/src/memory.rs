@@ -8,13 +8,13 @@ use serde::Serialize;
 use sysinfo::{MemoryRefreshKind, System};
 use zeroset_bspline::{CellBand, HierarchicalSpline};
 
-use crate::domain::Domain;
 use crate::error::ReconstructError;
-use crate::marching::{CUT, MANY_FOR_SAG};
+use crate::lattice::domain::Domain;
 use crate::options::{Options, Topology};
+use crate::points::spacing::Spacing;
+use crate::points::thinning::ENOUGH;
 use crate::sides::FINEST_RUNG;
-use crate::spacing::Spacing;
-use crate::thinning::ENOUGH;
+use crate::zero_set::marching::{CUT, MANY_FOR_SAG};
 
 /// Share of the free memory that a run may use unless told otherwise.
 const SHARE: f64 = 0.7;

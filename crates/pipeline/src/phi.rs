@@ -6,17 +6,24 @@ use std::cell::LazyCell;
 use ndarray::ArrayD;
 use zeroset_eikonal_sweep::{self as eikonal_sweep, Lattice};
 
-use crate::crossings::{Closeness, crossings, gaps, supported_share};
-use crate::domain::Domain;
 use crate::error::ReconstructError;
-use crate::hole_filling::{Filling, fill_holes};
-use crate::left_out::kept;
+use crate::lattice::domain::Domain;
 use crate::memory::MemoryReport;
 use crate::options::Options;
+use crate::phi::crossings::{Closeness, crossings, gaps, supported_share};
+use crate::phi::hole_filling::{Filling, fill_holes};
+use crate::phi::sign::{SignReport, synthesize};
+use crate::phi::sign_field::{SignField, sign_field};
+use crate::points::left_out::kept;
 use crate::report::{DistanceReport, StageFigures};
 use crate::sides::Sides;
-use crate::sign::{SignReport, synthesize};
-use crate::sign_field::{SignField, sign_field};
+
+pub(crate) mod crossings;
+pub(crate) mod denoising;
+pub(crate) mod hole_filling;
+pub(crate) mod inventions;
+pub(crate) mod sign;
+pub(crate) mod sign_field;
 
 /// Holes are filled up to this noise, in spacings.
 const FILLABLE_NOISE: f64 = 0.5;

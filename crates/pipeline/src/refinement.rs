@@ -8,15 +8,20 @@ use zeroset_bspline::{CellBand, Derivatives, HierarchicalSpline, Implicit, Splin
 use zeroset_trust_region as trust_region;
 use zeroset_watch::CancelToken;
 
-use crate::anchor;
-use crate::domain::Domain;
 use crate::error::ReconstructError;
-use crate::heavy_tails::{HeavyTails, Noise};
-use crate::normals::normals;
+use crate::lattice::domain::Domain;
+use crate::points::spacing::{NOISY, Spacing};
+use crate::refinement::heavy_tails::{HeavyTails, Noise};
+use crate::refinement::strays::{Stray, strays};
 use crate::report::StageFigures;
-use crate::spacing::{NOISY, Spacing};
-use crate::strays::{Stray, strays};
-use crate::topology_changes::{TopologyChange, topology_changes};
+use crate::sides::normals::normals;
+use crate::topology::topology_changes::{TopologyChange, topology_changes};
+
+pub(crate) mod anchor;
+pub(crate) mod heavy_tails;
+pub(crate) mod ramp;
+pub(crate) mod strays;
+pub(crate) mod twicing;
 
 /// Cells on the finest level, in spacings of the points there. (Finer ones bring less than they cost; with three quarters Chamfer
 /// distances of clean data were 3 to 5 % larger.)

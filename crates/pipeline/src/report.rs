@@ -2,13 +2,13 @@
 
 use serde::Serialize;
 
-use crate::calibration::DistanceFigures;
-use crate::confidence::RegionReport;
-use crate::extraction::Figures;
-use crate::fragile::FragilePlace;
-use crate::heavy_tails::HeavyTails;
+use crate::distance::calibration::DistanceFigures;
 use crate::memory::MemoryReport;
-use crate::sign::SignReport;
+use crate::phi::sign::SignReport;
+use crate::refinement::heavy_tails::HeavyTails;
+use crate::topology::fragile::FragilePlace;
+use crate::trust::confidence::RegionReport;
+use crate::zero_set::extraction::Figures;
 
 /// Version of the report's schema.
 pub const REPORT_VERSION: u32 = 1;

@@ -7,18 +7,22 @@ use zeroset_bspline::{Derivatives, Spline};
 use zeroset_gefm::{self as gefm, KnownNormals};
 use zeroset_watch::CancelToken;
 
-use crate::domain::Domain;
 use crate::error::ReconstructError;
-use crate::frame::Frame;
-use crate::known_normals::Known;
-use crate::leave_one_out::LeaveOneOut;
-use crate::left_out::{self, mark, without};
+use crate::lattice::domain::Domain;
 use crate::memory::MemoryReport;
-use crate::normals::normals;
 use crate::options::{Normals, Options, Topology};
+use crate::points::frame::Frame;
+use crate::points::known_normals::Known;
+use crate::points::left_out::{self, mark, without};
+use crate::points::spacing::Spacing;
+use crate::points::thinning::{Choice, ENOUGH, Few, MORE, thinned};
 use crate::report::StageFigures;
-use crate::spacing::Spacing;
-use crate::thinning::{Choice, ENOUGH, Few, MORE, thinned};
+use crate::sides::leave_one_out::LeaveOneOut;
+use crate::sides::normals::normals;
+
+pub(crate) mod facing_sheets;
+pub(crate) mod leave_one_out;
+pub(crate) mod normals;
 
 /// The finest lattice of the topology stage, in halvings of the coarsest.
 pub const FINEST_RUNG: u32 = 2;

@@ -3,13 +3,18 @@
 use zeroset_bspline::{Derivatives, Evaluation, HierarchicalSpline, KnotVector};
 use zeroset_gefm::{LAYERED, Patches, Referee, layers};
 
-use crate::confidence::{RegionReport, is_unsure, regions};
 use crate::error::ReconstructError;
-use crate::fragile::{FragilePlace, fragile};
-use crate::frame::Frame;
-use crate::heavy_tails::Noise;
+use crate::points::frame::Frame;
+use crate::points::spacing::{NOISY, Spacing};
+use crate::refinement::heavy_tails::Noise;
 use crate::report::{OffReport, TrustReport};
-use crate::spacing::{NOISY, Spacing};
+use crate::topology::fragile::{FragilePlace, fragile};
+use crate::trust::confidence::{RegionReport, is_unsure, regions};
+
+pub(crate) mod confidence;
+pub(crate) mod one_sided;
+pub(crate) mod oriented;
+pub(crate) mod volume;
 
 /// A [score](zeroset_gefm::Judgement::beyond_noise) above this is no orientation that anybody should rely on: right ones reached 0.25 with points all over the
 /// surface and 0.36 with points along curves on it, wrong ones scored 0.44 and more.
@@ -206,8 +211,8 @@ fn coordinate(x: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::domain::Domain;
-    use crate::fragile::tests::oval;
+    use crate::lattice::domain::Domain;
+    use crate::topology::fragile::tests::oval;
     use zeroset_bspline::Spline;
 
     #[test]

@@ -1,0 +1,6 @@
+//! How the zero set hangs together: the sides of cells and nodes, where two functions differ in it, and where it hangs on little.
+
+pub(crate) mod cell_sides;
+pub(crate) mod fragile;
+pub(crate) mod node_graph;
+pub(crate) mod topology_changes;

@@ -1,0 +1,98 @@
+//! Whether an open surface has two sides everywhere.
+//!
+//! Around a Möbius band the side turns over: no function is negative on one side of it and positive on the other. Somewhere the signs
+//! meet, and the zero set leaves the points there. Winding numbers do not show it, for an open surface has no inside.
+
+use std::num::NonZero;
+
+use kiddo::SquaredEuclidean;
+use rayon::prelude::*;
+
+use crate::points::kd_tree::tree_of;
+use crate::trust::shape_name;
+
+/// How many neighbours are looked at.
+const NEIGHBOURS: usize = 6;
+/// And how far away they may be, in spacings.
+const NEAR: f64 = 1.5;
+/// Normals with a smaller scalar product are opposite.
+const OPPOSITE: f64 = -0.5;
+/// The largest sine between a tangent plane and the way to a neighbour in it.
+const IN_PLANE: f64 = 0.5;
+
+/// An open surface whose sides meet at more of its points is not to be trusted.
+const ONE_SIDED: f64 = 0.02;
+
+/// The doubt, where the sides of an open surface meet at too many of its points; as [`turning`].
+pub fn doubt<const D: usize>(points: &[[f64; D]], gradients: &[[f64; D]], spacing: &[f64]) -> Option<String> {
+    let share = turning(points, gradients, spacing);
+    (share > ONE_SIDED).then(|| {
+        format!(
+            "no trustworthy open {} was found: at {:.1} % of the points its two sides meet; it may have one side only, as \
+             a Möbius band, or walls closer than its points: try a denser scan, or parts of it",
+            shape_name(D),
+            100.0 * share
+        )
+    })
+}
+
+/// Share of the points with a neighbour in their tangent plane where the `gradients` point the other way. `spacing` is local.
+fn turning<const D: usize>(points: &[[f64; D]], gradients: &[[f64; D]], spacing: &[f64]) -> f64 {
+    if points.len() <= NEIGHBOURS {
+        return 0.0;
+    }
+    let dot = |a: &[f64; D], b: &[f64; D]| (0..D).map(|k| a[k] * b[k]).sum::<f64>();
+    let normals: Vec<[f64; D]> = gradients
+        .iter()
+        .map(|g| {
+            let norm = dot(g, g).sqrt();
+            g.map(|x| if norm > 0.0 { x / norm } else { 0.0 })
+        })
+        .collect();
+    let tree = tree_of(points);
+    let wanted = NonZero::<usize>::MIN.saturating_add(NEIGHBOURS);
+    let turns = |i: usize| {
+        let nearest = tree.query(&points[i]).nearest_n::<SquaredEuclidean<f64>>(wanted).execute();
+        nearest.iter().map(|n| n.item as usize).any(|j| {
+            let way: [f64; D] = std::array::from_fn(|k| points[j][k] - points[i][k]);
+            let length = dot(&way, &way).sqrt();
+            let in_plane = |normal| dot(normal, &way).abs() < IN_PLANE * length;
+            length < NEAR * spacing[i]
+                && dot(&normals[i], &normals[j]) < OPPOSITE
+                && in_plane(&normals[i])
+                && in_plane(&normals[j])
+        })
+    };
+    let count = (0..points.len()).into_par_iter().filter(|&i| turns(i)).count();
+    count as f64 / points.len() as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sheet_that_turns_over_is_seen_and_two_walls_are_not() {
+        let grid: Vec<[f64; 3]> = (0..400).map(|i| [f64::from(i % 20), f64::from(i / 20), 0.0]).collect();
+        let up = vec![[0.0, 0.0, 2.0]; 400];
+        assert_eq!(turning(&grid, &up, &[1.0; 400]), 0.0);
+        let mut turned = up.clone();
+        turned[200..].iter_mut().for_each(|normal| normal[2] = -2.0);
+        // A row of twenty on each side of the middle.
+        assert_eq!(turning(&grid, &turned, &[1.0; 400]), 0.1);
+        let walls: Vec<[f64; 3]> =
+            grid.iter().enumerate().map(|(i, p)| [p[0], p[1] % 10.0, if i < 200 { 0.0 } else { 1.0 }]).collect();
+        assert_eq!(turning(&walls, &turned, &[1.0; 400]), 0.0);
+    }
+
+    #[test]
+    fn the_two_sides_of_a_sharp_edge_are_two_walls() {
+        // Half lines down from a corner, 50° between them, with their first points at different distances from it: the way from
+        // one point to the other is nearly along one line, and across the other.
+        let (s, c) = 25f64.to_radians().sin_cos();
+        let side = |x: f64, first: f64| (0..20).map(move |i| first + f64::from(i)).map(move |t| [x * s * t, -c * t]);
+        let points: Vec<[f64; 2]> = side(1.0, 0.5).chain(side(-1.0, 0.1)).collect();
+        let normals: Vec<[f64; 2]> = (0..40).map(|i| [if i < 20 { c } else { -c }, s]).collect();
+        assert_eq!(turning(&points, &normals, &[1.0; 40]), 0.0);
+    }
+}
