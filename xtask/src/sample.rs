@@ -1,5 +1,6 @@
 //! Random points of a triangle mesh: inputs of known shape, of any size.
 
+mod lines;
 mod surface;
 #[cfg(test)]
 mod tests;
@@ -33,6 +34,9 @@ pub struct Arguments {
     /// Number of points besides, strewn over the mesh's bounding box, a fifth larger
     #[arg(long, value_name = "N", default_value_t = 0)]
     strays: usize,
+    /// Points in lines, on planes at right angles to a random direction, so many times farther from each other than the points in them
+    #[arg(long, value_name = "RATIO", conflicts_with = "noise")]
+    lines: Option<f64>,
     /// Where to write the points (.ply)
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
@@ -47,13 +51,19 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     if !(noise.is_finite() && noise >= 0.0) {
         bail!("--noise {noise}: a length of zero or more is needed");
     }
+    if arguments.lines.is_some_and(|ratio| !(ratio.is_finite() && ratio >= 1.0)) {
+        bail!("--lines: a ratio of one or more is needed");
+    }
     if strays > MOST_POINTS {
         bail!("--strays {strays}: it must be {MOST_POINTS} at most");
     }
     let (mesh, output) = (&arguments.mesh, &arguments.output);
     let surface = triangles::read(mesh).and_then(Surface::new).with_context(|| mesh.display().to_string())?;
     let mut random = Random(seed);
-    let mut points: Vec<[f64; 3]> = (0..count).map(|_| surface.point(&mut random, noise)).collect();
+    let mut points: Vec<[f64; 3]> = match arguments.lines {
+        Some(ratio) => lines::points(&surface, count, ratio, &mut random),
+        None => (0..count).map(|_| surface.point(&mut random, noise)).collect(),
+    };
     points.extend(surface.strays(strays, &mut random));
     zeroset_io::write_points(output, &points)?;
     let triangles = surface.triangles().len();

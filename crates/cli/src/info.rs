@@ -82,11 +82,17 @@ fn describe_points<const D: usize>(out: &mut impl Write, set: &PointSet<D>) -> i
     writeln!(out, "{} points, {D} coordinates{normals}", set.points.len())?;
     match Frame::of(&set.points) {
         Ok((frame, distinct)) => {
-            let spacing = zeroset::Spacing::of(&distinct).typical / frame.scale;
+            let spacing = zeroset::Spacing::of(&distinct);
             writeln!(out, "centre of the bounding box: {}", join(frame.origin))?;
             writeln!(out, "sides: {}", join(frame.sides.map(|side| side / frame.scale)))?;
             writeln!(out, "different points: {}", distinct.len())?;
-            writeln!(out, "typical distance between neighbours: {spacing}")
+            writeln!(out, "typical distance between neighbours: {}", spacing.typical / frame.scale)?;
+            match spacing.lines {
+                Some(_) => {
+                    writeln!(out, "in lines: {} points are about as far apart, the others between", spacing.count())
+                }
+                None => Ok(()),
+            }
         }
         Err(problem) => writeln!(out, "cannot be reconstructed: {problem}"),
     }

@@ -6,6 +6,7 @@ pub(crate) mod isolated;
 pub(crate) mod kd_tree;
 pub(crate) mod known_normals;
 pub(crate) mod left_out;
+pub(crate) mod lines;
 pub(crate) mod repetitions;
 pub(crate) mod rows;
 pub(crate) mod spacing;

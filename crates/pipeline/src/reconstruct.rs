@@ -253,6 +253,7 @@ pub(crate) fn road<const D: usize>(
             repeated: near.len() - distinct.len(),
             outliers: left_out + far,
             spacing: sides.spacing.typical / frame.scale,
+            in_lines: sides.spacing.lines.is_some().then(|| sides.spacing.count()),
             noise: sides.noise / frame.scale,
             heavy_tails: heavy_tails.map(|found| HeavyTails { loss_length: found.loss_length / frame.scale, ..found }),
         },

@@ -69,6 +69,13 @@ const TELLING: f64 = 0.3;
 /// The first smoothing length, in that of the ladder's choice, and at least so many standard deviations of the noise.
 const FIRST_LENGTH: f64 = 2.0;
 const FIRST_LENGTH_NOISE: f64 = 3.0;
+/// Of points in lines those in cubes of so many spacings are held out together: one alone is told by the others of its line, whatever lies
+/// between the lines.
+const HELD_OUT_SIDE: f64 = 1.0;
+/// The smoothing length may fall to so many spacings,
+const SMALLEST_LENGTH: f64 = 0.05;
+/// and for points in lines to so many: those that are held out in a line still tell too little of what is between.
+const SMALLEST_LENGTH_IN_LINES: f64 = 0.2;
 /// Of fewer points, the held-out ones are a small sample, and f̂ is rough between them; and since nothing holds their topology, noisy ones are
 /// not to move the initial shape far.
 const FEW: usize = 3000;
@@ -164,7 +171,7 @@ pub fn band<const D: usize>(
 
 /// Whether there is so much noise that the initial shape is to be moved far, and enough points to hold its topology all the same.
 pub fn is_deep(noise: f64, spacing: &Spacing) -> bool {
-    noise > DEEP * spacing.typical && spacing.local.len() >= FEW
+    noise > DEEP * spacing.typical && spacing.count() >= FEW
 }
 
 /// What comes of refinement.
@@ -190,7 +197,7 @@ impl<const D: usize> Refinement<'_, D> {
             return Ok(Outcome { function, stray, heavy_tails });
         };
         let mut sides = trust_region::Sides::default();
-        let few = self.points.len() < FEW;
+        let few = self.spacing.count() < FEW;
         let left = if self.is_decided_by_noise() && !few { LEFT } else { 1.0 };
         if !few {
             // f̂ knows which wall is which where they are thinner than the cells.
@@ -341,7 +348,7 @@ impl<const D: usize> Refinement<'_, D> {
     /// Settings for the levels and for points with so much noise.
     pub fn level_options(&self, noise: f64) -> trust_region::LevelOptions {
         let (spacing, cell) = (self.spacing.typical, self.domain.spacing(self.halvings));
-        let deep = is_deep(self.noise, self.spacing);
+        let (deep, in_lines) = (is_deep(self.noise, self.spacing), self.spacing.lines.is_some());
         let noise = self.is_noisy().then_some(noise);
         let first =
             (FIRST_LENGTH * self.ratio * spacing).max(0.5 * cell).max(FIRST_LENGTH_NOISE * noise.unwrap_or(0.0));
@@ -349,7 +356,7 @@ impl<const D: usize> Refinement<'_, D> {
         let cg_steps = |steps: f64| (steps * (spacing / cell).max(1.0)).ceil() as usize;
         let mut settings = trust_region::LevelOptions {
             smoothing_length: first,
-            smallest_smoothing_length: 0.05 * spacing,
+            smallest_smoothing_length: if in_lines { SMALLEST_LENGTH_IN_LINES } else { SMALLEST_LENGTH } * spacing,
             third_order: Some(SECOND_ORDER * spacing),
             noise,
             close_enough: CLOSE_ENOUGH * spacing,
@@ -358,6 +365,8 @@ impl<const D: usize> Refinement<'_, D> {
             first_cg_steps: cg_steps(if deep { CG_STEPS_DEEP } else { CG_STEPS }),
             merge: !self.is_noisy(),
             cancel: self.cancel.clone(),
+            density: self.spacing.density,
+            holdout_side: if in_lines { HELD_OUT_SIDE * spacing } else { 0.0 },
             ..trust_region::LevelOptions::for_spacing::<D>(spacing)
         };
         if let (Some(noise), true) = (noise, deep) {
@@ -367,11 +376,11 @@ impl<const D: usize> Refinement<'_, D> {
         if let (Some(noise), true) = (noise, self.is_decided_by_noise()) {
             settings.degrees_of_freedom = true;
             settings.smallest_smoothing_length = SMALLEST * spacing * (noise / spacing).powf(SMALLEST_POWER);
-            if self.points.len() >= FEW {
+            if self.spacing.count() >= FEW {
                 settings.largest_smoothing_length = LARGEST * settings.smallest_smoothing_length;
             }
         }
-        if self.points.len() < FEW {
+        if self.spacing.count() < FEW {
             // So few are held out that their error may turn by chance.
             settings.patience = 5;
         }
@@ -389,7 +398,7 @@ impl<const D: usize> Refinement<'_, D> {
         let mut settings = trust_region::Options::for_spacing::<D>(spacing);
         // A lattice coarser than the data cannot follow detail below its cells.
         settings.smoothing_length = spacing.max(0.5 * cell);
-        settings.smallest_smoothing_length = 0.05 * settings.smoothing_length;
+        settings.smallest_smoothing_length = SMALLEST_LENGTH * settings.smoothing_length;
         // One more step after the held-out error has turned costs as much as all that it could still gain; but of few
         // points so few are held out that their error may turn by chance.
         settings.patience = if self.points.len() < FEW { 3 } else { 1 };

@@ -83,6 +83,9 @@ pub struct InputReport {
     pub outliers: usize,
     /// Typical distance between neighbouring points, in the data's unit.
     pub spacing: f64,
+    /// Of points in lines (scan lines, slices, strokes), much closer along than across, how many are about as far apart as the spacing
+    /// says; the others lie between them.
+    pub in_lines: Option<usize>,
     /// Estimated standard deviation of the points' distances from their surface, in the data's unit; detail that is finer
     /// than the spacing counts as noise.
     pub noise: f64,

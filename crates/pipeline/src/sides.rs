@@ -204,7 +204,7 @@ impl<const D: usize> SideSearch<'_, D> {
         (few, choice): (&Option<Few<D>>, Choice),
     ) -> Result<Option<(Fit<D>, Option<Few<D>>)>, ReconstructError> {
         let worth = known.depth <= SHALLOW && known.score <= DOUBTFUL && matches!(choice, Choice::Even(_));
-        let (Some((_, apart)), StageFigures::Ladder(climbed), true) = (few, &known.figures, worth) else {
+        let (Some((of_few, apart)), StageFigures::Ladder(climbed), true) = (few, &known.figures, worth) else {
             return Ok(None);
         };
         let limit = apart.typical * ASTRAY.max(ASTRAY_NOISE * known.depth);
@@ -218,7 +218,7 @@ impl<const D: usize> SideSearch<'_, D> {
         }
         let more = thinned(points, spacing, Choice::Even(MORE));
         let (heard, apart) = more.as_ref().map_or((points, spacing), |(more, apart)| (more, apart));
-        if !self.memory.has_room_to_hear(heard.len()) {
+        if heard.len() <= of_few.len() || !self.memory.has_room_to_hear(heard.len()) {
             return Ok(None);
         }
         let finest = self.finest();

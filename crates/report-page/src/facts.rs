@@ -105,6 +105,10 @@ pub(crate) fn read(report: &Report, file: &str, sides: &[f64]) -> String {
         ("typical spacing", figure(input.spacing), "from a point to its neighbours; much finer detail cannot be seen"),
         ("noise", figure(input.noise), noise),
     ];
+    if let Some(apart) = input.in_lines {
+        let why = "the points lie in lines, much closer along than across; so many are as far apart as the spacing says, the others between";
+        rows.push(("apart from each other", count(apart), why));
+    }
     if let Some(tails) = &input.heavy_tails {
         rows.push((
             "points with less weight",

@@ -58,6 +58,9 @@ pub struct LevelOptions {
     /// Share of the points that is held out while ℓ is looked for, chosen by a hash of their position; 0 for none, and then
     /// all steps are done. In [0, 0.5].
     pub holdout: f64,
+    /// Points that lie in the same cube with sides of this length are held out together: of points in lines those beside a held-out one, which
+    /// would tell it otherwise. Not negative; 0 for each alone.
+    pub holdout_side: f64,
     /// Changes which points are held out.
     pub seed: u64,
     /// Gradients shorter than this share of their root mean square count as if they had just this length. In (0, 1).
@@ -95,6 +98,7 @@ impl Default for LevelOptions {
             first_cg_steps: 24,
             cg_tolerance: 1e-3,
             holdout: 0.05,
+            holdout_side: 0.0,
             seed: 0,
             gradient_floor: 1e-3,
             normal_length: 0.004,
@@ -242,6 +246,12 @@ impl LevelOptions {
             ("first_cg_steps", self.first_cg_steps as f64, self.first_cg_steps >= 1, "at least one step is needed"),
             ("cg_tolerance", self.cg_tolerance, share(self.cg_tolerance), "must lie in [0, 1)"),
             ("holdout", self.holdout, (0.0..=0.5).contains(&self.holdout), "must lie in [0, 0.5]"),
+            (
+                "holdout_side",
+                self.holdout_side,
+                self.holdout_side.is_finite() && self.holdout_side >= 0.0,
+                "a length of at least zero is needed",
+            ),
             (
                 "normal_length",
                 self.normal_length,

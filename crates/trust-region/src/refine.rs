@@ -60,7 +60,7 @@ pub fn refine_with<const D: usize>(
         return Err(Error::TooLargeForExact { found: unknowns, most: MOST_EXACT });
     }
 
-    let held = held_out(points, options.holdout, options.seed);
+    let held = held_out(points, options.holdout, 0.0, options.seed);
     let part = |wanted: bool| -> Result<SampsonError<D>, Error> {
         let of = |i: &usize| held[*i] == wanted;
         let positions: Vec<[f64; D]> = (0..points.len()).filter(of).map(|i| points[i]).collect();

@@ -41,7 +41,7 @@ pub fn refine_levels<const D: usize>(
     let dense = initial.scaled(1.0 / size).map_err(Error::from)?;
 
     let holdout = if options.noise.is_some() { 0.0 } else { options.holdout };
-    let held = held_out(points, holdout, options.seed);
+    let held = held_out(points, holdout, options.holdout_side, options.seed);
     let normals = &sides.normals;
     let weighted = |wanted: &dyn Fn(usize) -> bool| weighted(points, &areas, normals, wanted);
     let (fitted, judge) = (weighted(&|i| !held[i]), Judge::new(weighted(&|i| held[i])));

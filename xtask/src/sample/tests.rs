@@ -19,7 +19,7 @@ const MESH: &str = "ply\nformat ascii 1.0\nelement vertex 9\nproperty float x\np
 
 fn arguments(mesh: PathBuf, points: usize, seed: u64, noise: f64) -> Arguments {
     let output = mesh.with_file_name(format!("{points}-{seed}-{noise}.ply"));
-    Arguments { mesh, points, seed, noise, strays: 0, output }
+    Arguments { mesh, points, seed, noise, strays: 0, lines: None, output }
 }
 
 fn file(folder: &Path, text: &str) -> PathBuf {
@@ -201,4 +201,26 @@ fn what_gives_no_points_is_refused() {
     changed("3 0 4 3", "3 0 9 3", "face 1 names vertex 9, but there are 9");
     changed("property float z\n", "property float w\n", "vertex 0 is at");
     changed("ply\n", "plx\n", "not a PLY file");
+}
+
+#[test]
+fn lines_lie_on_planes_and_points_along_them() {
+    let folder = tempfile::tempdir().unwrap();
+    // A square of side 2 at x = 10.
+    let mesh = file(folder.path(), &MESH.replace("face 4", "face 1").replace("3 0 1 2\n3 0 4 3\n3 0 1 1\n", ""));
+    let points = sampled(&Arguments { lines: Some(10.0), ..arguments(mesh, 4000, 1, 0.0) });
+    let (along, across) = (0.01, 0.1);
+    let distance = |a: &[f64; 3], b: &[f64; 3]| (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt();
+    // Of the square's normal the planes' direction has a share, and lines are that much farther apart in it.
+    let neighbours =
+        |p: &[f64; 3], within: f64| points.iter().filter(|q| (1e-12..within).contains(&distance(p, q))).count();
+    assert!(points.len() > 1000 && points.iter().all(|p| (p[0] - 10.0).abs() < 1e-12));
+    let inner: Vec<_> = points.iter().filter(|p| (1..3).all(|k| (p[k] - 11.0).abs() < 0.8)).collect();
+    assert!(inner.len() > 500);
+    for p in inner {
+        // In the line: both neighbours and the next two, but where the two triangles of the square meet. No other line is near.
+        let near = neighbours(p, 2.5 * along);
+        assert!((3..=6).contains(&near), "{near}");
+        assert!(neighbours(p, 0.9 * across) <= 20);
+    }
 }

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use std::num::NonZero;
 
 use crate::points::kd_tree::tree_of;
+use crate::points::lines::Lines;
 
 /// Local and typical distance between neighbouring samples.
 #[derive(Debug, Clone, PartialEq)]
@@ -13,12 +14,14 @@ pub struct Spacing {
     pub local: Vec<f64>,
     /// Their median s.
     pub typical: f64,
-    /// Density ρ = s^−(D−1): points per unit length in 2D, per unit area in 3D.
+    /// Density ρ: points per unit length in 2D, per unit area in 3D; s^−(D−1) where they are not in lines.
     pub density: f64,
     /// Per point: the share of curve or surface that it stands for, in units of the mean share.
     pub areas: Vec<f64>,
     /// Per point, the distance to the nearest other one.
     pub nearest: Vec<f64>,
+    /// Which points tell how far apart they are, if they lie in lines much closer than across.
+    pub lines: Option<Lines>,
 }
 
 /// Points with more noise than so many of their spacings are noisy; less is detail that is finer than the spacing, or nothing.
@@ -33,25 +36,37 @@ impl Spacing {
     ///
     /// The points must be distinct and finite, and at least two.
     pub fn of<const D: usize>(points: &[[f64; D]]) -> Self {
-        let k = NEIGHBOURS.min(points.len() - 1);
-        let factor = per_distance::<D>(k);
         let tree = tree_of(points);
-        // The point itself is among its own neighbours.
-        let wanted = NonZero::<usize>::MIN.saturating_add(k);
-        let (local, nearest): (Vec<f64>, Vec<f64>) = points
-            .par_iter()
-            .map(|p| {
-                let neighbours = tree.query(p).nearest_n::<SquaredEuclidean<f64>>(wanted).execute();
-                let mut distances: Vec<f64> = neighbours.iter().map(|n| n.distance.sqrt()).collect();
-                distances.sort_by(f64::total_cmp);
-                (factor * distances[k], distances[1])
-            })
-            .unzip();
+        let (local, nearest) = from_neighbours(points, &tree);
+        match Lines::of(points, &tree, &local) {
+            Some(lines) => Self::in_lines(lines, points, nearest),
+            None => Self::even::<D>(local, nearest),
+        }
+    }
+
+    /// Of points that are not in lines.
+    fn even<const D: usize>(local: Vec<f64>, nearest: Vec<f64>) -> Self {
         let mut sorted = local.clone();
         sorted.sort_by(f64::total_cmp);
         let typical = sorted[sorted.len() / 2];
-        let areas = areas::<D>(&local, typical);
-        Self { local, typical, density: typical.powi(1 - D as i32), areas, nearest }
+        let areas = areas::<D>(&local, typical, None);
+        Self { local, typical, density: typical.powi(1 - D as i32), areas, nearest, lines: None }
+    }
+
+    /// Of points in lines: that of those that are left when they are thinned, each with its share of what these stand for.
+    fn in_lines<const D: usize>(lines: Lines, points: &[[f64; D]], nearest: Vec<f64>) -> Self {
+        let left = lines.left(points);
+        let (few, _) = from_neighbours(&left, &tree_of(&left));
+        let Self { local, typical, density, .. } = Self::even::<D>(few, vec![]);
+        let density = density * points.len() as f64 / left.len() as f64;
+        let local: Vec<f64> = lines.nearest.iter().map(|&i| local[i]).collect();
+        let areas = areas::<D>(&local, typical, Some(&lines));
+        Self { local, typical, density, areas, nearest, lines: Some(lines) }
+    }
+
+    /// How many points are about as far apart as the spacing says: all, but for those between others of a line.
+    pub fn count(&self) -> usize {
+        self.lines.as_ref().map_or(self.local.len(), |lines| lines.apart.iter().filter(|apart| **apart).count())
     }
 
     /// The mean of the local spacing over each point's nearest neighbours, in the unit of the points: a single one errs by a fifth and
@@ -63,7 +78,7 @@ impl Spacing {
 
     /// The areas by that spacing: a point that noise has taken far stands alone, and has a large one by its own.
     pub fn smoothed_areas<const D: usize>(&self, points: &[[f64; D]]) -> Vec<f64> {
-        areas::<D>(&self.smoothed(points), self.typical)
+        areas::<D>(&self.smoothed(points), self.typical, self.lines.as_ref())
     }
 
     /// As [`Spacing::smoothed`], with a tree of the points.
@@ -82,9 +97,27 @@ pub(crate) fn per_distance<const D: usize>(k: usize) -> f64 {
     if D == 2 { 2.0 / k as f64 } else { (std::f64::consts::PI / k as f64).sqrt() }
 }
 
+/// The spacing at each point, from the distance to the sixth neighbour, and the distance to the first.
+fn from_neighbours<const D: usize>(points: &[[f64; D]], tree: &ImmutableKdTree<f64, D>) -> (Vec<f64>, Vec<f64>) {
+    let k = NEIGHBOURS.min(points.len() - 1);
+    let factor = per_distance::<D>(k);
+    // The point itself is among its own neighbours.
+    let wanted = NonZero::<usize>::MIN.saturating_add(k);
+    let of = |point| {
+        let neighbours = tree.query(point).nearest_n::<SquaredEuclidean<f64>>(wanted).execute();
+        let mut distances: Vec<f64> = neighbours.iter().map(|n| n.distance.sqrt()).collect();
+        distances.sort_by(f64::total_cmp);
+        (factor * distances[k], distances[1])
+    };
+    points.par_iter().map(of).unzip()
+}
+
 /// What share of curve or surface each point stands for by its spacing, in units of the mean share.
-fn areas<const D: usize>(local: &[f64], typical: f64) -> Vec<f64> {
+fn areas<const D: usize>(local: &[f64], typical: f64, lines: Option<&Lines>) -> Vec<f64> {
     let mut areas: Vec<f64> = local.iter().map(|s| (s / typical).powi(D as i32 - 1)).collect();
+    if let Some(lines) = lines {
+        areas.iter_mut().zip(&lines.share).for_each(|(area, share)| *area *= share);
+    }
     let mean = areas.iter().sum::<f64>() / areas.len() as f64;
     areas.iter_mut().for_each(|a| *a /= mean);
     areas
@@ -96,8 +129,8 @@ const SMOOTH: usize = 24;
 /// a surface, flat within its neighbourhood, below 0.1.
 pub(crate) const ROUND: f64 = 0.25;
 
-/// How evenly some points spread in all directions: `det C / (tr C / D)^D` of their covariance C, from 0 (flat) to 1.
-pub(crate) fn roundness<const D: usize>(points: &[[f64; D]], indices: &[usize]) -> f64 {
+/// The covariance of some points, times their number; zero beyond D.
+pub(crate) fn covariance<const D: usize>(points: &[[f64; D]], indices: &[usize]) -> [[f64; 3]; 3] {
     let count = indices.len() as f64;
     let centre: [f64; D] = std::array::from_fn(|axis| indices.iter().map(|&i| points[i][axis]).sum::<f64>() / count);
     let mut c = [[0.0; 3]; 3];
@@ -108,6 +141,12 @@ pub(crate) fn roundness<const D: usize>(points: &[[f64; D]], indices: &[usize]) 
             }
         }
     }
+    c
+}
+
+/// How evenly some points spread in all directions: `det C / (tr C / D)^D` of their covariance C, from 0 (flat) to 1.
+pub(crate) fn roundness<const D: usize>(points: &[[f64; D]], indices: &[usize]) -> f64 {
+    let c = covariance(points, indices);
     let trace: f64 = (0..D).map(|axis| c[axis][axis]).sum();
     let determinant = if D == 2 {
         c[0][0] * c[1][1] - c[0][1] * c[1][0]

@@ -27,8 +27,19 @@ pub enum Choice {
     Random(usize),
 }
 
-/// Some of the points and their spacing, by position alone; none if that is all. `spacing` is that of all points, frame units.
+/// Some of the points and their spacing, by position alone; none if that is all. Of points in lines none that lies between those that tell their
+/// spacing. `spacing` is that of all points, frame units.
 pub fn thinned<const D: usize>(points: &[[f64; D]], spacing: &Spacing, choice: Choice) -> Option<Few<D>> {
+    if let Some(lines) = &spacing.lines {
+        let few = lines.left(points);
+        let spacing = Spacing::of(&few);
+        return Some(thinned_evenly_spaced(&few, &spacing, choice).unwrap_or((few, spacing)));
+    }
+    thinned_evenly_spaced(points, spacing, choice)
+}
+
+/// The same of points that are not in lines.
+fn thinned_evenly_spaced<const D: usize>(points: &[[f64; D]], spacing: &Spacing, choice: Choice) -> Option<Few<D>> {
     let few = match choice {
         Choice::Even(count) if points.len() > 2 * count => evenly(points, spacing.typical, count),
         Choice::Random(count) if count < points.len() => at_random(points, spacing, count),
@@ -47,7 +58,7 @@ fn evenly<const D: usize>(points: &[[f64; D]], typical: f64, count: usize) -> Ve
         let place = point.map(|x| (x / cell).floor());
         let distance: f64 = (0..D).map(|axis| (point[axis] / cell - place[axis] - 0.5).powi(2)).sum();
         let best = chosen.entry(place.map(|x| x as i64)).or_insert((distance, *point));
-        if distance.total_cmp(&best.0).then_with(|| compare(point, &best.1)).is_lt() {
+        if distance.total_cmp(&best.0).then_with(|| by_position(point, &best.1)).is_lt() {
             *best = (distance, *point);
         }
     }
@@ -62,7 +73,8 @@ fn at_random<const D: usize>(points: &[[f64; D]], spacing: &Spacing, count: usiz
     chosen.map(|((point, _), _)| *point).collect()
 }
 
-fn compare<const D: usize>(a: &[f64; D], b: &[f64; D]) -> std::cmp::Ordering {
+/// An order of points that does not depend on theirs.
+pub(crate) fn by_position<const D: usize>(a: &[f64; D], b: &[f64; D]) -> std::cmp::Ordering {
     a.iter().zip(b).map(|(a, b)| a.total_cmp(b)).find(|order| order.is_ne()).unwrap_or(std::cmp::Ordering::Equal)
 }
 
@@ -84,7 +96,7 @@ mod tests {
         let reversed: Vec<_> = points.iter().rev().copied().collect();
         let sorted = |points: &[[f64; 3]], choice| {
             let (mut few, _) = thinned(points, &Spacing::of(points), choice).unwrap();
-            few.sort_by(compare);
+            few.sort_by(by_position);
             few
         };
         for (choice, range) in [
