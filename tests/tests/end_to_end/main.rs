@@ -9,6 +9,7 @@ mod fixtures;
 mod holes;
 mod invariance;
 mod knots;
+mod lines;
 mod narrow_gaps;
 mod noise;
 mod open_surfaces;

@@ -30,7 +30,7 @@ const FARTHER: f64 = 1.75;
 const FIRST: f64 = 0.5;
 const GROWTH: f64 = 1.25;
 /// Fewer points than these tell nothing.
-const FEWEST: usize = 100;
+const FEWEST: usize = 40;
 /// Draws which points stay and which are asked.
 const SEED: u64 = 2;
 
