@@ -72,6 +72,7 @@ pub use phi::sign::{SignReport, synthesize};
 pub use phi::sign_field::{SignField, sign_field};
 pub use point::Point;
 pub use points::frame::Frame;
+pub use points::lines::Lines;
 pub use points::rows::rows;
 pub use points::spacing::Spacing;
 pub use reconstruct::{Reconstruction, reconstruct, reconstruct_watched, reconstruct_with_normals};

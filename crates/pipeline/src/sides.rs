@@ -218,6 +218,7 @@ impl<const D: usize> SideSearch<'_, D> {
         }
         let more = thinned(points, spacing, Choice::Even(MORE));
         let (heard, apart) = more.as_ref().map_or((points, spacing), |(more, apart)| (more, apart));
+        // Of points in lines those between the others are never heard.
         if heard.len() <= of_few.len() || !self.memory.has_room_to_hear(heard.len()) {
             return Ok(None);
         }

@@ -32,7 +32,8 @@ pub(crate) const NEIGHBOURS: usize = 6;
 
 impl Spacing {
     /// Estimates the spacing from the distance `d_k` to the k-th neighbour, k = 6: around a point of a surface lie
-    /// `k = ρ π d_k²` others, around one of a curve `k = 2 ρ d_k`.
+    /// `k = ρ π d_k²` others, around one of a curve `k = 2 ρ d_k`. Of points in [`Lines`] those that are left when these are thinned
+    /// tell it.
     ///
     /// The points must be distinct and finite, and at least two.
     pub fn of<const D: usize>(points: &[[f64; D]]) -> Self {
