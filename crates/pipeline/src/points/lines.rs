@@ -11,6 +11,7 @@ use rayon::prelude::*;
 use zeroset_trust_region::lots;
 
 use crate::points::kd_tree::tree_of;
+use crate::points::left_out::kept;
 use crate::points::spacing::covariance;
 use crate::points::thinning::by_position;
 
@@ -37,9 +38,9 @@ const SEED: u64 = 2;
 /// Points in lines.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Lines {
-    /// Which points are left when they are thinned.
-    pub apart: Vec<bool>,
-    /// Of each point, which of those is the nearest one, counted among them alone.
+    /// Which points are thinned away; the others are about as far apart along the lines as across.
+    pub between: Vec<bool>,
+    /// Of each point, which of the others is the nearest one, counted among them alone.
     pub nearest: Vec<usize>,
     /// What each point stands for, as a share of what that one does: one by the number of all that have it.
     pub share: Vec<f64>,
@@ -55,17 +56,17 @@ impl Lines {
         let mut order: Vec<usize> = (0..points.len()).collect();
         order.sort_by(|a, b| drawn[*a].total_cmp(&drawn[*b]).then_with(|| by_position(&points[*a], &points[*b])));
         let thinned = |share: f64| {
-            let (mut apart, mut gone) = (vec![false; points.len()], vec![false; points.len()]);
+            let (mut between, mut gone) = (vec![true; points.len()], vec![false; points.len()]);
             for &i in &order {
                 if gone[i] {
                     continue;
                 }
-                apart[i] = true;
+                between[i] = false;
                 let near = tree.query(&points[i]).within::<SquaredEuclidean<f64>>((share * along[i]).powi(2)).execute();
                 near.iter().for_each(|other| gone[other.item as usize] = true);
             }
-            let few = chosen(points, &apart);
-            (few.len() >= FEWEST).then_some((apart, few))
+            let few = kept(points, &between);
+            (few.len() >= FEWEST).then_some((between, few))
         };
         let mut share = FIRST;
         loop {
@@ -75,24 +76,20 @@ impl Lines {
             }
             share *= GROWTH;
         }
-        let (apart, few) = thinned(FARTHER * share)?;
+        let (between, few) = thinned(FARTHER * share)?;
         let tree = tree_of(&few);
         let nearest_of = |p| tree.query(p).nearest_one::<SquaredEuclidean<f64>>().execute().item as usize;
         let nearest: Vec<usize> = points.par_iter().map(nearest_of).collect();
         let mut counts = vec![0.0; few.len()];
         nearest.iter().for_each(|&i| counts[i] += 1.0);
         let share = nearest.iter().map(|&i| 1.0 / counts[i]).collect();
-        Some(Self { apart, nearest, share })
+        Some(Self { between, nearest, share })
     }
 
     /// The points that are left.
     pub fn left<const D: usize>(&self, points: &[[f64; D]]) -> Vec<[f64; D]> {
-        chosen(points, &self.apart)
+        kept(points, &self.between)
     }
-}
-
-fn chosen<const D: usize>(points: &[[f64; D]], wanted: &[bool]) -> Vec<[f64; D]> {
-    points.iter().zip(wanted).filter(|(_, wanted)| **wanted).map(|(point, _)| *point).collect()
 }
 
 /// How far the neighbours of a point spread across a line, in the median: `(1 − tr C² / (tr C)²) / 2` of their covariance C, which is 0

@@ -67,7 +67,7 @@ impl Spacing {
 
     /// How many points are about as far apart as the spacing says: all, but for those between others of a line.
     pub fn count(&self) -> usize {
-        self.lines.as_ref().map_or(self.local.len(), |lines| lines.apart.iter().filter(|apart| **apart).count())
+        self.lines.as_ref().map_or(self.local.len(), |lines| lines.between.iter().filter(|between| !**between).count())
     }
 
     /// The mean of the local spacing over each point's nearest neighbours, in the unit of the points: a single one errs by a fifth and
