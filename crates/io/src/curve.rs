@@ -1,5 +1,9 @@
 //! Curves in the plane: `.json`, `.csv`, `.dxf` and `.svg`.
 
+mod csv;
+mod dxf;
+mod svg;
+
 use std::io;
 use std::path::Path;
 
@@ -8,7 +12,6 @@ use serde::Serialize;
 use crate::extension::{CURVE_EXTENSIONS, extension_among};
 use crate::replace_file::replace_file;
 use crate::write_error::WriteError;
-use crate::{curve_csv, curve_dxf, curve_svg};
 
 /// Polylines in data units, and the points that they were made from.
 #[derive(Debug, Clone, Copy, Default)]
@@ -54,8 +57,8 @@ pub fn write_curves(path: impl AsRef<Path>, curves: &Curves<'_>) -> Result<(), W
                 .map_err(io::Error::from)?;
             io::Write::write_all(out, b"\n")
         }
-        "csv" => curve_csv::write(out, curves),
-        "dxf" => curve_dxf::write(out, curves),
-        _ => curve_svg::write(out, curves),
+        "csv" => csv::write(out, curves),
+        "dxf" => dxf::write(out, curves),
+        _ => svg::write(out, curves),
     })
 }

@@ -1,5 +1,8 @@
 //! Values on a lattice: `.npy`, `.npz`, `.exr` and `.vti`.
 
+mod exr;
+mod vti;
+
 use std::io;
 use std::path::Path;
 
@@ -9,7 +12,6 @@ use ndarray_npy::{NpzWriter, WriteNpyExt};
 use crate::extension::{FIELD_EXTENSIONS, extension_among};
 use crate::replace_file::replace_file;
 use crate::write_error::WriteError;
-use crate::{field_exr, field_vti};
 
 /// A function's values on the nodes `origin + index · spacing` of a lattice. NaN stands for nodes outside the function's box.
 #[derive(Debug, Clone)]
@@ -64,7 +66,7 @@ pub fn write_field(path: impl AsRef<Path>, field: &Field<'_>) -> Result<(), Writ
             npz.add_array("spacing", &aview1(field.spacing)).map_err(io::Error::other)?;
             npz.finish().map(drop).map_err(io::Error::other)
         }
-        "vti" => field_vti::write(out, field),
-        _ => field_exr::write(out, field),
+        "vti" => vti::write(out, field),
+        _ => exr::write(out, field),
     })
 }

@@ -31,56 +31,22 @@
 
 mod attributes;
 mod axis_by_axis;
-mod columns;
 mod curve;
-mod curve_csv;
-mod curve_dxf;
-mod curve_svg;
-#[cfg(feature = "e57")]
-mod e57_points;
 mod extension;
 mod field;
-mod field_exr;
-mod field_vti;
-#[cfg(feature = "las")]
-mod las_header;
-#[cfg(feature = "las")]
-mod las_points;
-#[cfg(feature = "las")]
-mod laz_records;
-mod lines;
 mod mesh;
-mod mesh_glb;
-mod mesh_obj;
-mod mesh_stl;
 mod npy;
-mod npy_points;
 mod npz;
-mod obj_points;
 mod oriented;
 mod picture;
 mod ply_cloud;
-mod ply_header;
-mod ply_points;
 mod ply_writer;
-mod point_format;
 mod points;
 mod read_error;
-#[cfg(any(feature = "las", feature = "e57"))]
-mod refuse_panic;
 mod replace_file;
 mod report;
-mod selection;
-#[cfg(test)]
-mod short_reads;
-mod source;
 mod spline;
-mod spline_level;
-mod stl_points;
 mod table;
-mod text_points;
-mod text_preamble;
-mod text_row;
 mod write_error;
 
 pub use attributes::{Attribute, NumberKind, colour_columns, colour_range};
@@ -94,13 +60,13 @@ pub use mesh::{TriMesh, write_mesh};
 pub use oriented::write_oriented;
 pub use picture::{Picture, encode_png, write_picture};
 pub use ply_cloud::write_points;
-pub use point_format::{PointFormat, parse_points};
+pub use points::format::{PointFormat, parse_points};
+pub use points::selection::Plane;
 pub use points::{Dimension, PointSet, Points, read_points, read_points_as};
 pub use read_error::{Malformed, Place, ReadError};
 pub use replace_file::{abandon_writes, check_writable};
 pub use report::{write_page, write_report};
-pub use selection::Plane;
+pub use spline::level::SplineLevel;
 pub use spline::{SPLINE_VERSION, SplineFile, parse_spline, read_spline, write_spline};
-pub use spline_level::SplineLevel;
 pub use table::{EvaluationTable, write_table};
 pub use write_error::WriteError;

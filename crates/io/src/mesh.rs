@@ -1,5 +1,9 @@
 //! Triangle meshes: `.ply`, `.obj`, `.stl` and `.glb`.
 
+mod glb;
+mod obj;
+mod stl;
+
 use std::path::Path;
 
 use crate::attributes::{Attribute, colour_columns};
@@ -7,7 +11,6 @@ use crate::extension::{MESH_EXTENSIONS, extension_among};
 use crate::ply_writer::{self, Vertex};
 use crate::replace_file::replace_file;
 use crate::write_error::WriteError;
-use crate::{mesh_glb, mesh_obj, mesh_stl};
 
 /// A triangle mesh, borrowed from whoever made it.
 #[derive(Debug, Clone, Copy, Default)]
@@ -63,14 +66,14 @@ impl TriMesh<'_> {
 pub fn write_mesh(path: impl AsRef<Path>, mesh: &TriMesh<'_>) -> Result<(), WriteError> {
     let path = path.as_ref();
     let extension = extension_among(path, MESH_EXTENSIONS)?;
-    let problem = mesh.problem().or_else(|| if extension == "glb" { mesh_glb::problem(mesh) } else { None });
+    let problem = mesh.problem().or_else(|| if extension == "glb" { glb::problem(mesh) } else { None });
     if let Some(problem) = problem {
         return Err(WriteError::Invalid { path: path.to_owned(), problem });
     }
     replace_file(path, |out| match extension {
-        "obj" => mesh_obj::write(out, mesh),
-        "stl" => mesh_stl::write(out, mesh),
-        "glb" => mesh_glb::write(out, mesh),
+        "obj" => obj::write(out, mesh),
+        "stl" => stl::write(out, mesh),
+        "glb" => glb::write(out, mesh),
         _ => {
             // The colours' own columns say more than bytes.
             let colours = if colour_columns(mesh.attributes).is_some() { &[] } else { mesh.colours };

@@ -1,14 +1,33 @@
 //! Point sets, and reading them from any of the formats.
 
+mod columns;
+#[cfg(feature = "e57")]
+mod e57;
+pub(crate) mod format;
+#[cfg(feature = "las")]
+mod las;
+mod lines;
+mod npy;
+mod obj;
+mod ply;
+#[cfg(any(feature = "las", feature = "e57"))]
+mod refuse_panic;
+pub(crate) mod selection;
+#[cfg(test)]
+mod short_reads;
+mod source;
+mod stl;
+mod text;
+
 use std::collections::HashSet;
 use std::fs::File;
 use std::io::{Cursor, Read};
 use std::path::Path;
 
 use crate::attributes::{Attribute, NumberKind, is_geometry};
-use crate::point_format::{PointFormat, read_source};
+use crate::points::format::{PointFormat, read_source};
+use crate::points::source::{ReadSeek, Source};
 use crate::read_error::{Malformed, ReadError};
-use crate::source::{ReadSeek, Source};
 
 /// Points in the plane or in space, as the file tells.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,5 +1,7 @@
 //! The spline file: an `.npz` archive that NumPy opens and SciPy's `NdBSpline` evaluates.
 
+pub(crate) mod level;
+
 use std::io;
 use std::path::Path;
 
@@ -13,7 +15,7 @@ use crate::npz::NpzArchive;
 use crate::points::read_bytes;
 use crate::read_error::{Malformed, ReadError};
 use crate::replace_file::replace_file;
-use crate::spline_level::{self, SplineLevel};
+use crate::spline::level::SplineLevel;
 use crate::write_error::WriteError;
 
 /// The highest version that is read. It rises when a file may no longer be read as if the new entries were not there: version 1
@@ -71,7 +73,7 @@ impl SplineFile {
     /// [`Malformed`] in words of the file's entries: a degree other than 3, lengths or shapes that do not fit, indices that the
     /// lattice does not have or that come twice, more than two million functions along an axis, a number that is not finite.
     pub fn with_levels(self, levels: Vec<SplineLevel>) -> Result<Self, Malformed> {
-        match spline_level::problem(&levels, self.degree, self.coefficients.shape()) {
+        match level::problem(&levels, self.degree, self.coefficients.shape()) {
             Some(problem) => Err(Malformed::file(problem)),
             None => Ok(Self { levels, ..self }),
         }
@@ -131,7 +133,7 @@ impl SplineFile {
         }
         // Iterating without indices is many times faster.
         if self.coefficients.iter().all(|c| c.is_finite()) {
-            return spline_level::problem(&self.levels, p, self.coefficients.shape());
+            return level::problem(&self.levels, p, self.coefficients.shape());
         }
         let (index, c) = self.coefficients.indexed_iter().find(|(_, c)| !c.is_finite())?;
         Some(format!("coefficient {:?} is {c}", index.slice()))
@@ -170,7 +172,7 @@ pub fn write_spline(path: impl AsRef<Path>, spline: &SplineFile) -> Result<(), W
         let compressed =
             SimpleFileOptions::default().compression_method(CompressionMethod::Deflated).compression_level(Some(3));
         for (k, level) in (1..).zip(&spline.levels) {
-            let [index, coefficients] = spline_level::entries(k);
+            let [index, coefficients] = level::entries(k);
             npz.add_array_with_options(index, &level.index, compressed).map_err(io::Error::other)?;
             npz.add_array(coefficients, &aview1(&level.coefficients)).map_err(io::Error::other)?;
         }
@@ -232,7 +234,7 @@ pub fn parse_spline(bytes: &[u8]) -> Result<SplineFile, Malformed> {
     let root = SplineFile::new(origin, knots, degree, archive.floats("coefficients")?)?;
     let mut levels = Vec::new();
     for k in 1..=count as usize {
-        let [index, coefficients] = spline_level::entries(k);
+        let [index, coefficients] = level::entries(k);
         levels.push(SplineLevel { index: archive.indices(&index)?, coefficients: archive.vector(&coefficients)? });
     }
     let open = if archive.has("open") { archive.integer("open")? } else { 0 };

@@ -1,11 +1,14 @@
 //! The points of a LAS or LAZ file.
 
-use crate::las_header::{LasHeader, i32_at};
-use crate::laz_records::LazRecords;
+mod header;
+mod laz_records;
+
+use crate::points::las::header::{LasHeader, i32_at};
+use crate::points::las::laz_records::LazRecords;
+use crate::points::refuse_panic::refuse_panic;
+use crate::points::source::Source;
 use crate::points::{Dimension, Points, Rows};
 use crate::read_error::Malformed;
-use crate::refuse_panic::refuse_panic;
-use crate::source::Source;
 
 /// Reads x, y, z of all points, whatever their class.
 pub(crate) fn read(source: &mut Source) -> Result<Points, Malformed> {

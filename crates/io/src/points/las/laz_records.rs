@@ -8,9 +8,9 @@ use std::fmt::Display;
 use laz::record::{LayeredPointRecordDecompressor, RecordDecompressor, SequentialPointRecordDecompressor};
 use laz::{DecompressionSelection, LazItem, LazItemType, LazVlr};
 
-use crate::las_header::{LasHeader, u16_at};
+use crate::points::las::header::{LasHeader, u16_at};
+use crate::points::source::Source;
 use crate::read_error::Malformed;
-use crate::source::Source;
 
 /// So many points may come out of one byte. Scans need two bytes for a point and more; without a bound a few bytes could claim
 /// any number of equal points.

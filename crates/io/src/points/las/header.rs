@@ -1,7 +1,7 @@
 //! The header of a LAS or LAZ file (ASPRS LAS 1.0 to 1.4), checked against the bytes that are there.
 
+use crate::points::source::Source;
 use crate::read_error::{Malformed, Place};
-use crate::source::Source;
 
 /// What of the header reading points needs.
 pub(crate) struct LasHeader {

@@ -3,10 +3,10 @@
 use std::collections::HashSet;
 use std::io::BufRead;
 
-use crate::lines::Lines;
+use crate::points::lines::Lines;
+use crate::points::source::Source;
 use crate::points::{Dimension, Points, Rows};
 use crate::read_error::{Malformed, Place, quoted};
-use crate::source::Source;
 
 /// Bytes before the triangles of a binary file: a free text, and their number.
 const HEADER: usize = 84;
@@ -116,7 +116,7 @@ impl Corners {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::point_format::{PointFormat, parse_points};
+    use crate::points::format::{PointFormat, parse_points};
 
     const TRIANGLES: [[[f32; 3]; 3]; 2] =
         [[[0.0, 0.0, 0.0], [1.0, 0.0, 0.5], [0.0, 1.0, 0.0]], [[-0.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 2.5e6]]];

@@ -1,8 +1,8 @@
 //! What stands above the rows of a text table, and which columns it makes coordinates.
 
-use crate::columns::Columns;
+use crate::points::columns::Columns;
+use crate::points::text::row::{is_word, split, unquoted};
 use crate::points::{Dimension, attribute_columns};
-use crate::text_row::{is_word, split, unquoted};
 
 /// So many lines of words may stand before the first row.
 const LONGEST_PREAMBLE: usize = 100;

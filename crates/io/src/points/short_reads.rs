@@ -6,10 +6,10 @@ use std::path::Path;
 use ndarray::{Array2, ShapeBuilder};
 use ndarray_npy::WriteNpyExt;
 
-use crate::point_format::{PointFormat, parse_points, read_source};
 use crate::points::Points;
+use crate::points::format::{PointFormat, parse_points, read_source};
+use crate::points::source::Source;
 use crate::read_error::Malformed;
-use crate::source::Source;
 
 /// Hands out one to three bytes at a time, is interrupted in between, and breaks at one place for good.
 struct Sips<'a> {

@@ -1,13 +1,16 @@
 //! Points as columns of text: `.xyz .xy .txt .csv .asc .pts`.
 
+mod preamble;
+mod row;
+
 use crate::attributes::{Attribute, NumberKind, colour_columns};
-use crate::columns::Columns;
-use crate::lines::Lines;
+use crate::points::columns::Columns;
+use crate::points::lines::Lines;
+use crate::points::source::Source;
+use crate::points::text::preamble::{Names, Preamble, drop_last_empty};
+use crate::points::text::row::{number, split, unquoted};
 use crate::points::{Dimension, Points, Rows};
 use crate::read_error::{Malformed, quoted};
-use crate::source::Source;
-use crate::text_preamble::{Names, Preamble, drop_last_empty};
-use crate::text_row::{number, split, unquoted};
 
 /// From so many rows on, a first column that counts them is taken for what it is.
 const ROWS_THAT_COUNT: usize = 10;
@@ -209,8 +212,8 @@ fn are_colours(normals: &[[f64; 3]]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::point_format::{PointFormat, parse_points};
     use crate::points::PointSet;
+    use crate::points::format::{PointFormat, parse_points};
     use crate::read_error::Place;
 
     fn plane(text: &str) -> PointSet<2> {

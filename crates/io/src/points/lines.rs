@@ -3,8 +3,8 @@
 use std::borrow::Cow;
 use std::io::BufRead;
 
+use crate::points::source::Source;
 use crate::read_error::Malformed;
-use crate::source::Source;
 
 const MARK: &[u8] = b"\xEF\xBB\xBF";
 

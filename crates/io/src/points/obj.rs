@@ -1,9 +1,9 @@
 //! The `v` lines of a Wavefront OBJ file.
 
-use crate::lines::Lines;
+use crate::points::lines::Lines;
+use crate::points::source::Source;
 use crate::points::{Dimension, Points, Rows};
 use crate::read_error::{Malformed, quoted};
-use crate::source::Source;
 
 /// Reads `v x y z` lines; a weight or colours after them and all other lines are left alone.
 pub(crate) fn read(source: &mut Source) -> Result<Points, Malformed> {

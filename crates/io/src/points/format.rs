@@ -3,15 +3,14 @@
 use std::io::Cursor;
 use std::path::Path;
 
-#[cfg(feature = "e57")]
-use crate::e57_points;
 use crate::extension::{POINT_EXTENSIONS, UnknownExtension, extension_among};
+#[cfg(feature = "e57")]
+use crate::points::e57;
 #[cfg(feature = "las")]
-use crate::las_points;
-use crate::points::{Dimension, Points};
+use crate::points::las;
+use crate::points::source::Source;
+use crate::points::{Dimension, Points, npy, obj, ply, stl, text};
 use crate::read_error::Malformed;
-use crate::source::Source;
-use crate::{npy_points, obj_points, ply_points, stl_points, text_points};
 
 /// A format that points are read from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -93,15 +92,15 @@ pub(crate) fn read_source(source: &mut Source, format: PointFormat) -> Result<Po
         return Err(Malformed::file("the file is empty"));
     }
     match format {
-        PointFormat::Text => text_points::read(source, None),
-        PointFormat::PlaneText => text_points::read(source, Some(Dimension::Two)),
-        PointFormat::Ply => ply_points::read(source),
-        PointFormat::Obj => obj_points::read(source),
-        PointFormat::Stl => stl_points::read(source),
-        PointFormat::Npy => npy_points::read(source),
+        PointFormat::Text => text::read(source, None),
+        PointFormat::PlaneText => text::read(source, Some(Dimension::Two)),
+        PointFormat::Ply => ply::read(source),
+        PointFormat::Obj => obj::read(source),
+        PointFormat::Stl => stl::read(source),
+        PointFormat::Npy => npy::read(source),
         #[cfg(feature = "las")]
-        PointFormat::Las => las_points::read(source),
+        PointFormat::Las => las::read(source),
         #[cfg(feature = "e57")]
-        PointFormat::E57 => e57_points::read(source),
+        PointFormat::E57 => e57::read(source),
     }
 }

@@ -1,9 +1,9 @@
 //! Points as the rows of a NumPy array.
 
 use crate::npy::{LONGEST_HEAD, NpyHeader, no_floats};
+use crate::points::source::Source;
 use crate::points::{Dimension, Points, Rows};
 use crate::read_error::Malformed;
-use crate::source::Source;
 
 /// So many rows are held as bytes at a time.
 const ROWS: usize = 2048;

@@ -7,8 +7,8 @@ use std::io::{BufRead, Read};
 
 use ply_rs::ply::{Encoding, PropertyType, ScalarType};
 
+use crate::points::source::Source;
 use crate::read_error::{Malformed, quoted};
-use crate::source::Source;
 
 /// Headers with embedded camera tables reach some kilobytes; this leaves room.
 const LONGEST_HEADER: u64 = 1 << 20;

@@ -2,10 +2,10 @@
 
 use e57::{CartesianCoordinate, E57Reader, PointCloud, RecordDataType};
 
+use crate::points::refuse_panic::refuse_panic;
+use crate::points::source::Source;
 use crate::points::{Dimension, Points, Rows};
 use crate::read_error::Malformed;
-use crate::refuse_panic::refuse_panic;
-use crate::source::Source;
 
 /// So many points may come out of one byte.
 const POINTS_PER_BYTE: u64 = 4;

@@ -1,5 +1,7 @@
 //! The vertices of a PLY file, ascii or binary.
 
+mod header;
+
 use ply_rs::parser::Parser;
 use ply_rs::ply::{
     Addable, ElementDef, Encoding, Property, PropertyAccess, PropertyAccessResult, PropertyDef, PropertyType,
@@ -7,12 +9,12 @@ use ply_rs::ply::{
 };
 
 use crate::attributes::NumberKind;
-use crate::columns::Columns;
-use crate::lines::Lines;
-use crate::ply_header::{PlyElement, PlyHeader};
+use crate::points::columns::Columns;
+use crate::points::lines::Lines;
+use crate::points::ply::header::{PlyElement, PlyHeader};
+use crate::points::source::Source;
 use crate::points::{Points, Rows, attribute_columns};
 use crate::read_error::{Malformed, quoted};
-use crate::source::Source;
 
 /// Reads x, y\[, z\], where all are there nx, ny\[, nz\], and all other numbers of the element `vertex`. What follows the vertices is not read.
 pub(crate) fn read(source: &mut Source) -> Result<Points, Malformed> {
