@@ -5,6 +5,7 @@ mod surface;
 #[cfg(test)]
 mod tests;
 mod triangles;
+mod voxels;
 
 use std::path::PathBuf;
 
@@ -37,6 +38,9 @@ pub struct Arguments {
     /// Points in lines, on planes at right angles to a random direction, so many times farther from each other than the points in them
     #[arg(long, value_name = "RATIO", conflicts_with = "noise")]
     lines: Option<f64>,
+    /// The centres of the voxels that the mesh passes through, of a size that makes about --points of them
+    #[arg(long, conflicts_with_all = ["noise", "lines"])]
+    voxels: bool,
     /// Where to write the points (.ply)
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
@@ -62,6 +66,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let mut random = Random(seed);
     let mut points: Vec<[f64; 3]> = match arguments.lines {
         Some(ratio) => lines::points(&surface, count, ratio, &mut random),
+        None if arguments.voxels => voxels::points(&surface, count, &mut random),
         None => (0..count).map(|_| surface.point(&mut random, noise)).collect(),
     };
     points.extend(surface.strays(strays, &mut random));

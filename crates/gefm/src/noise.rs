@@ -7,14 +7,20 @@ use zeroset_bspline::{Derivatives, Spline};
 
 /// The median of `|X − Y|` for two independent normal variables with standard deviation 1: 0.6745 √2.
 const MEDIAN_DIFFERENCE: f64 = 0.953_873;
+/// A distance is compared with those of so many neighbours.
+const NEIGHBOURS: usize = 15;
+/// Neighbours are on opposite sides where what differs from the mean of all those is less than this share of what differs from the nearest:
+/// 1.0 and more for independent noise, 0.5 to 0.62 for the voxels that a surface passes through.
+const OPPOSITE: f64 = 0.7;
 
 /// Standard deviation of the points' distances from the surface, estimated without knowing the surface: f need only be as
 /// smooth as it. Neighbours on a smooth surface differ in their distance from f's zero set by their noise alone (Rice 1984,
 /// Gasser, Sroka and Jennen-Steinmetz 1986), where neighbours are those whose feet on the zero set lie together. Detail that
-/// is finer than f counts as noise.
+/// is finer than f counts as noise. Of points on a lattice, such as voxels, neighbours lie on opposite sides and differ by more than
+/// their noise; there what they differ by from the mean of their fifteen neighbours counts.
 pub fn noise_deviation<const D: usize>(f: &Spline<D>, points: &[[f64; D]]) -> f64 {
     let found = f.evaluate(points, Derivatives::Gradient);
-    let feet: Vec<(f64, [f64; D])> = points
+    let (distances, feet): (Vec<f64>, Vec<[f64; D]>) = points
         .iter()
         .zip(found.values.iter().zip(&found.gradients))
         .filter_map(|(point, (value, gradient))| {
@@ -23,22 +29,29 @@ pub fn noise_deviation<const D: usize>(f: &Spline<D>, points: &[[f64; D]]) -> f6
             let foot: [f64; D] = std::array::from_fn(|axis| point[axis] - distance * gradient[axis] / norm);
             foot.iter().all(|x| x.is_finite()).then_some((distance, foot))
         })
-        .collect();
-    let places: Vec<[f64; D]> = feet.iter().map(|foot| foot.1).collect();
-    let Ok(tree) = ImmutableKdTree::<f64, D>::new_from_slice(&places) else { return 0.0 };
-    // A foot is its own nearest neighbour.
-    let two = NonZero::<usize>::MIN.saturating_add(1);
-    let mut differences: Vec<f64> = feet
-        .par_iter()
-        .enumerate()
-        .filter_map(|(index, (distance, foot))| {
-            let nearest = tree.query(foot).nearest_n::<SquaredEuclidean<f64>>(two).execute();
-            let other = nearest.iter().map(|n| n.item as usize).find(|other| *other != index)?;
-            Some((distance - feet[other].0).abs())
-        })
-        .collect();
-    differences.sort_by(f64::total_cmp);
-    differences.get(differences.len() / 2).map_or(0.0, |median| median / MEDIAN_DIFFERENCE)
+        .unzip();
+    let Ok(tree) = ImmutableKdTree::<f64, D>::new_from_slice(&feet) else { return 0.0 };
+    // What a distance differs by from the mean of so many neighbours'.
+    let sizes = |count: usize| -> Vec<f64> {
+        // A foot is its own nearest neighbour.
+        let wanted = NonZero::<usize>::MIN.saturating_add(count);
+        let size = |(index, foot): (usize, &[f64; D])| {
+            let nearest = tree.query(foot).nearest_n::<SquaredEuclidean<f64>>(wanted).execute();
+            let others = nearest.iter().map(|n| n.item as usize).filter(|other| *other != index).take(count);
+            let (sum, found) = others.fold((0.0, 0), |(sum, found), other| (sum + distances[other], found + 1));
+            (found > 0).then(|| (distances[index] - sum / f64::from(found)).abs())
+        };
+        let mut sizes: Vec<f64> = feet.par_iter().enumerate().filter_map(size).collect();
+        sizes.sort_unstable_by(f64::total_cmp);
+        sizes
+    };
+    let pairs = sizes(1);
+    let Some(median) = pairs.get(pairs.len() / 2) else { return 0.0 };
+    let by_pairs = median / MEDIAN_DIFFERENCE;
+    let (mean, square) = capped(&sizes(NEIGHBOURS));
+    let among = square * (NEIGHBOURS as f64 / (NEIGHBOURS + 1) as f64).sqrt();
+    // Both sides of a wall are on opposite sides of what has welded them, too.
+    if among < OPPOSITE * by_pairs && mean < LAYERED * square { among } else { by_pairs }
 }
 
 /// With less noise than this, in spacings, distances come from detail.
@@ -58,13 +71,17 @@ pub fn layers(distances: &[f64], noise: f64, spacing: f64) -> Option<f64> {
         return None;
     }
     sizes.sort_unstable_by(f64::total_cmp);
-    let most = FARTHEST * sizes[sizes.len() / 2];
-    let (mut sum, mut squares) = (0.0, 0.0);
-    for size in &sizes {
-        sum += size.min(most);
-        squares += size.min(most).powi(2);
-    }
-    (squares > 0.0).then(|| sum / (sizes.len() as f64 * squares).sqrt())
+    let (mean, square) = capped(&sizes);
+    (square > 0.0).then(|| mean / square)
+}
+
+/// Mean and root mean square of sizes in ascending order, of which what is far off counts for less.
+fn capped(sizes: &[f64]) -> (f64, f64) {
+    let most = FARTHEST * sizes.get(sizes.len() / 2).copied().unwrap_or(0.0);
+    let (sum, squares) =
+        sizes.iter().map(|s| s.min(most)).fold((0.0, 0.0), |(sum, squares), s| (sum + s, squares + s * s));
+    let count = sizes.len().max(1) as f64;
+    (sum / count, (squares / count).sqrt())
 }
 
 #[cfg(test)]
@@ -117,5 +134,31 @@ mod tests {
         assert!((found / 0.01 - 1.0).abs() < 0.03, "{found}");
         // Neighbours are 0.00045 apart on average, on a slope of at most 0.15.
         assert!(noise_deviation(&f, &points(0.0, 0)) < 1e-4);
+    }
+
+    #[test]
+    fn voxels_are_as_noisy_as_they_are() {
+        let (side, cells) = (0.05, 40);
+        let knots = KnotVector::uniform(3, -1.0, 0.1, 20).unwrap();
+        // f = n·x, by its Greville abscissae.
+        let normal = [0.8f64, 0.48, 0.36];
+        let abscissa = |index: usize| -1.0 + 0.1 * (index as f64 - 1.0);
+        let value = |flat: usize| {
+            [flat / (23 * 23), flat / 23 % 23, flat % 23].iter().zip(normal).map(|(i, n)| n * abscissa(*i)).sum()
+        };
+        let f = Spline::from_flat(std::array::from_fn(|_| knots.clone()), (0..23usize.pow(3)).map(value).collect());
+        let f = f.unwrap();
+        let distance = |p: &[f64; 3]| (0..3).map(|k| normal[k] * p[k]).sum::<f64>();
+        let centre = |index: usize| (index as f64 + 0.5) * side - 1.0;
+        let reach = 0.5 * side * normal.iter().sum::<f64>();
+        let voxels: Vec<[f64; 3]> = (0..cells * cells * cells)
+            .map(|flat| [flat / (cells * cells), flat / cells % cells, flat % cells].map(centre))
+            .filter(|p| distance(p).abs() < reach && p.iter().all(|x| x.abs() < 0.8))
+            .collect();
+        // Even between the planes that touch a voxel. (By pairs: 1.77 times that.)
+        let expected = reach / 3f64.sqrt();
+        let found = noise_deviation(&f, &voxels);
+        // Neighbours' mean takes a part of it along, and those of few voxels are on one side.
+        assert!((found / expected - 1.0).abs() < 0.15, "{found} {expected}");
     }
 }

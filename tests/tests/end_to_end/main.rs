@@ -19,3 +19,4 @@ mod signed_distance;
 mod soak;
 mod strays;
 mod tori;
+mod voxels;

@@ -51,7 +51,7 @@ fn cut(triangle: &Triangle, heights: &[f64; 3], plane: f64) -> Option<[[f64; 3];
 }
 
 /// Any, none more likely than another.
-fn direction(random: &mut Random) -> [f64; 3] {
+pub fn direction(random: &mut Random) -> [f64; 3] {
     let z = random.between(-1.0, 1.0);
     let (s, c) = (random.uniform() * TAU).sin_cos();
     let ring = (1.0 - z * z).sqrt();

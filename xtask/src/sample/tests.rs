@@ -19,7 +19,7 @@ const MESH: &str = "ply\nformat ascii 1.0\nelement vertex 9\nproperty float x\np
 
 fn arguments(mesh: PathBuf, points: usize, seed: u64, noise: f64) -> Arguments {
     let output = mesh.with_file_name(format!("{points}-{seed}-{noise}.ply"));
-    Arguments { mesh, points, seed, noise, strays: 0, lines: None, output }
+    Arguments { mesh, points, seed, noise, strays: 0, lines: None, voxels: false, output }
 }
 
 fn file(folder: &Path, text: &str) -> PathBuf {
@@ -222,5 +222,26 @@ fn lines_lie_on_planes_and_points_along_them() {
         let near = neighbours(p, 2.5 * along);
         assert!((3..=6).contains(&near), "{near}");
         assert!(neighbours(p, 0.9 * across) <= 20);
+    }
+}
+
+#[test]
+fn voxels_are_those_that_the_mesh_passes_through() {
+    let folder = tempfile::tempdir().unwrap();
+    let one = MESH.replace("element face 4", "element face 1");
+    let mesh = file(folder.path(), one.split_inclusive("3 0 1 2\n").next().unwrap());
+    let triangle = triangles::read(&mesh).unwrap()[0];
+    let count = 2000;
+    let points = sampled(&Arguments { voxels: true, ..arguments(mesh, count, 4, 0.0) });
+    // 1 to √3 for a plane that is turned any way, where 3/2 is taken; and the rim.
+    assert!((count * 2 / 3..count * 5 / 4).contains(&points.len()), "{}", points.len());
+    let side = (1.5 / count as f64).sqrt();
+    let apart = |a: &[f64; 3], b: &[f64; 3]| length(&std::array::from_fn(|k| a[k] - b[k]));
+    for point in &points {
+        // A plane is at most √3/2 sides from the centre of a cube that it passes through.
+        assert!(place(point, &triangle).1.abs() < 0.8661 * side);
+        // One lattice: the nearest other centre is a side away, or where the plane cuts a corner off a diagonal.
+        let nearest = points.iter().map(|other| apart(point, other)).filter(|d| *d > 0.0).fold(f64::INFINITY, f64::min);
+        assert!((nearest / side - 1.0).abs() < 1e-9 || (nearest / side - 2f64.sqrt()).abs() < 1e-9, "{nearest}");
     }
 }
