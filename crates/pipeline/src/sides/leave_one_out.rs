@@ -39,7 +39,7 @@ const CHUNK: usize = 256;
 const CURVE: f64 = 1.5;
 const CURVE_FAR: f64 = 1.3;
 /// Strays are strewn, some of them far off. Where none is farther than so many times that from a curve, its corners and ends are what lies
-/// off, beside gaps that random points leave: up to 3 on 20 random outlines; 6 and more among 1 to 3 % of strays.
+/// off, beside gaps that random points leave: up to 3 on 16 of 17 such outlines, 6 and more among 1 to 3 % of strays.
 const STREWN: f64 = 4.0;
 
 /// The neighbours of points of which one or the other may be a stray.
