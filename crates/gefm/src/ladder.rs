@@ -237,16 +237,42 @@ impl<const D: usize> Ladder<'_, D> {
     }
 
     /// Candidates from scratch, after the one from known normals if they are but a hint and it is not good enough: with the length
-    /// of the rung, then with longer ones as long as each is better than the one before, or, if none is or all are about random, with shorter ones. One
-    /// longer length that is worse is passed over where the first was about random: under noise all those that are too short are,
-    /// and so are their scores. In the plane, where noise may be many spacings, more of them are where it was hopeless.
+    /// of the rung, then with those that this one leads to. In space, where the best of the first lattice is still about random, what led to it
+    /// was chance, and what was passed over may be right: so all are looked at there.
     fn search(&mut self, rung: &mut Rung<D>) -> Result<(), GefmError> {
-        let first_ratio = rung.ratio();
         let hint = matches!(self.options.normals, KnownNormals::Hint(_));
         if hint && self.consider(rung, Start::Normals)?.score < self.options.content {
             return Ok(());
         }
+        let before = self.report.candidates.len();
         let first = self.consider(rung, self.scratch())?;
+        self.search_from(first, rung)?;
+        if D == 3 && rung.halvings == self.options.first {
+            let tried: Vec<f64> = self.report.candidates[before..].iter().map(|candidate| candidate.ratio).collect();
+            let lengths = self.options.ratios.iter().copied();
+            let passed_over: Vec<f64> =
+                lengths.filter(|ratio| *ratio <= LAST_RESORT && !tried.contains(ratio)).collect();
+            for ratio in passed_over {
+                if self.is_random() {
+                    rung.set_ratio(ratio)?;
+                    self.consider(rung, self.scratch())?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether the sides of the leader are about random.
+    fn is_random(&self) -> bool {
+        self.leader.as_ref().is_none_or(|leader| leader.verdict.score > RANDOM)
+    }
+
+    /// Candidates from scratch after the `first`, with longer lengths as long as each is better than the one before, or, if none is or all
+    /// are about random, with shorter ones. One longer length that is worse is passed over where the first was about random: under noise all
+    /// those that are too short are, and so are their scores. In the plane, where noise may be many spacings, more of them are where it was
+    /// hopeless.
+    fn search_from(&mut self, first: Verdict, rung: &mut Rung<D>) -> Result<(), GefmError> {
+        let first_ratio = rung.ratio();
         let longer: Vec<f64> = self.options.ratios.iter().copied().filter(|other| *other > first_ratio).collect();
         let shorter: Vec<f64> =
             self.options.ratios.iter().rev().copied().filter(|other| *other < first_ratio).collect();
@@ -257,8 +283,7 @@ impl<const D: usize> Ladder<'_, D> {
                 if last.score < self.options.content {
                     return Ok(());
                 }
-                let is_random = self.leader.as_ref().is_none_or(|leader| leader.verdict.score > RANDOM);
-                if ratio > first_ratio.max(LAST_RESORT) && !(is_random && last.noise > DEEP) {
+                if ratio > first_ratio.max(LAST_RESORT) && !(self.is_random() && last.noise > DEEP) {
                     break;
                 }
                 rung.set_ratio(ratio)?;
@@ -510,6 +535,22 @@ mod tests {
             report.candidates.iter().map(|candidate| candidate.halvings).max()
         };
         assert_eq!((lattices(0.3), lattices(f64::INFINITY)), (Some(1), Some(3)));
+    }
+
+    #[test]
+    fn among_random_sides_no_length_is_passed_over() {
+        // Points all over a cube.
+        let points: Vec<[f64; 3]> = (0..1500)
+            .map(|i| {
+                [0.819_172_513, 0.671_043_607, 0.549_700_478].map(|step| 0.8 * (f64::from(i) * step).fract() - 0.4)
+            })
+            .collect();
+        let knots = [0; 3].map(|_| KnotVector::uniform(3, -0.6, 0.15, 8).unwrap());
+        let options = LadderOptions { last: 1, ..LadderOptions::new(0.06, 280.0) };
+        let (_, _, report) = climb(&points, &[1.0; 1500], &knots, &options).unwrap();
+        let scores: Vec<_> = report.candidates.iter().map(|found| (found.ratio, found.judgement.score)).collect();
+        assert!(scores[..4].iter().all(|(_, score)| *score > RANDOM), "{scores:?}");
+        assert_eq!(scores.iter().map(|(ratio, _)| *ratio).collect::<Vec<_>>(), [0.4, 0.8, 1.6, 0.2, 3.2]);
     }
 
     #[test]
