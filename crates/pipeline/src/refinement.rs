@@ -89,7 +89,9 @@ const HELD_NOISY: f64 = 1.0;
 /// where f has not got this share of them across zero. Between walls that it joins, and in walls that it pierces, f hardly leaves
 /// zero; where it does, the points have parted or filled what was joined or pierced in the initial shape;
 const CLEARLY: f64 = 0.25;
-/// and unless that is at more places than this share of the points: then these are too sparse for their shape everywhere, and holding f
+/// but not deeper than so many spacings in the initial shape, where there is none of them;
+const SURE: f64 = 2.0;
+/// and unless what is not as deep is at more places than this share of the points: then these are too sparse for their shape everywhere, and holding f
 /// there would cost more accuracy and time than it brings;
 const MOST_HELD: f64 = 0.01;
 /// but noise alone changes the topology at many places, of which the initial shape knows better: there it may be this share.
@@ -208,7 +210,7 @@ impl<const D: usize> Refinement<'_, D> {
         let mut known = None;
         if !few && left < 1.0 && !self.cancel.is_cancelled() {
             let found = self.changes(initial, &refined.0);
-            if found.is_empty() {
+            if found.iter().all(Vec::is_empty) {
                 known = Some(found);
             } else {
                 refined = self.on_levels(initial, band, &sides, &areas, self.noise)?;
@@ -220,9 +222,11 @@ impl<const D: usize> Refinement<'_, D> {
             if self.cancel.is_cancelled() {
                 break;
             }
-            let found =
-                known.take().unwrap_or_else(|| if few { Vec::new() } else { self.changes(initial, &refined.0) });
-            let changes = self.if_few(most_held, found);
+            let found = known
+                .take()
+                .unwrap_or_else(|| if few { Default::default() } else { self.changes(initial, &refined.0) });
+            let [mut changes, others] = found;
+            changes.extend(self.if_few(most_held, others));
             let dropped = self.if_few(MOST_STRAYS, self.strays(&refined.0, &stray));
             if changes.is_empty() && dropped.is_empty() {
                 break;
@@ -311,12 +315,23 @@ impl<const D: usize> Refinement<'_, D> {
         found
     }
 
-    /// Where the refined function has another topology than the initial shape by mistake, with the latter's values. What joins and
-    /// parts there does so between the points, of which f̂ knows the sides, while the refined function only has to vanish at them.
-    fn changes(&self, initial: &Spline<D>, refined: &HierarchicalSpline<D>) -> Vec<([f64; D], f64)> {
-        let found = self.topology_changes(initial, refined);
-        let mistaken = found.into_iter().filter(|change| change.clearness() < CLEARLY);
-        mistaken.flat_map(|change| change.places.into_iter().zip(change.before)).collect()
+    /// Where the refined function has another topology than the initial shape by mistake, with the latter's values: first where that is
+    /// sure of itself, then elsewhere. What joins and parts there does so between the points, of which f̂ knows the sides, while the refined
+    /// function only has to vanish at them.
+    fn changes(&self, initial: &Spline<D>, refined: &HierarchicalSpline<D>) -> [Vec<([f64; D], f64)>; 2] {
+        let deep = SURE * self.spacing.typical;
+        let [mut sure, mut others] = [const { Vec::new() }; 2];
+        for change in self.topology_changes(initial, refined) {
+            let mistaken = if change.before.iter().any(|value| value.abs() > deep) {
+                &mut sure
+            } else if change.clearness() < CLEARLY {
+                &mut others
+            } else {
+                continue;
+            };
+            mistaken.extend(change.places.into_iter().zip(change.before));
+        }
+        [sure, others]
     }
 
     /// Where one function near the points has another topology than the one before.

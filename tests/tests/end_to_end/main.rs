@@ -8,6 +8,7 @@ mod few_points;
 mod fixtures;
 mod holes;
 mod invariance;
+mod joints;
 mod knots;
 mod lines;
 mod narrow_gaps;
