@@ -31,24 +31,24 @@ pub fn noise_deviation<const D: usize>(f: &Spline<D>, points: &[[f64; D]]) -> f6
         })
         .unzip();
     let Ok(tree) = ImmutableKdTree::<f64, D>::new_from_slice(&feet) else { return 0.0 };
-    // What a distance differs by from the mean of so many neighbours'.
-    let sizes = |count: usize| -> Vec<f64> {
-        // A foot is its own nearest neighbour.
-        let wanted = NonZero::<usize>::MIN.saturating_add(count);
-        let size = |(index, foot): (usize, &[f64; D])| {
-            let nearest = tree.query(foot).nearest_n::<SquaredEuclidean<f64>>(wanted).execute();
-            let others = nearest.iter().map(|n| n.item as usize).filter(|other| *other != index).take(count);
-            let (sum, found) = others.fold((0.0, 0), |(sum, found), other| (sum + distances[other], found + 1));
-            (found > 0).then(|| (distances[index] - sum / f64::from(found)).abs())
-        };
-        let mut sizes: Vec<f64> = feet.par_iter().enumerate().filter_map(size).collect();
-        sizes.sort_unstable_by(f64::total_cmp);
-        sizes
+    // A foot is its own nearest neighbour.
+    let wanted = NonZero::<usize>::MIN.saturating_add(NEIGHBOURS);
+    // What a distance differs by from that of the nearest neighbour, and from the mean of them all.
+    let differences = |(index, foot): (usize, &[f64; D])| {
+        let nearest = tree.query(foot).nearest_n::<SquaredEuclidean<f64>>(wanted).execute();
+        let others = nearest.iter().map(|n| n.item as usize).filter(|other| *other != index).take(NEIGHBOURS);
+        let others: Vec<f64> = others.map(|other| distances[other]).collect();
+        let first = *others.first()?;
+        let mean = others.iter().sum::<f64>() / others.len() as f64;
+        Some(((distances[index] - first).abs(), (distances[index] - mean).abs()))
     };
-    let pairs = sizes(1);
+    let (mut pairs, mut means): (Vec<f64>, Vec<f64>) =
+        feet.par_iter().enumerate().filter_map(differences).collect::<Vec<_>>().into_iter().unzip();
+    pairs.sort_unstable_by(f64::total_cmp);
+    means.sort_unstable_by(f64::total_cmp);
     let Some(median) = pairs.get(pairs.len() / 2) else { return 0.0 };
     let by_pairs = median / MEDIAN_DIFFERENCE;
-    let (mean, square) = capped(&sizes(NEIGHBOURS));
+    let (mean, square) = capped(&means);
     let among = square * (NEIGHBOURS as f64 / (NEIGHBOURS + 1) as f64).sqrt();
     // Both sides of a wall are on opposite sides of what has welded them, too.
     if among < OPPOSITE * by_pairs && mean < LAYERED * square { among } else { by_pairs }

@@ -91,8 +91,8 @@ const HELD_NOISY: f64 = 1.0;
 const CLEARLY: f64 = 0.25;
 /// but not deeper than so many spacings in the initial shape, where there is none of them;
 const SURE: f64 = 2.0;
-/// and unless what is not as deep is at more places than this share of the points: then these are too sparse for their shape everywhere, and holding f
-/// there would cost more accuracy and time than it brings;
+/// and unless what is not as deep is at more places than this share of the points: then these are too sparse for their shape everywhere,
+/// and holding f there would cost more accuracy and time than it brings;
 const MOST_HELD: f64 = 0.01;
 /// but noise alone changes the topology at many places, of which the initial shape knows better: there it may be this share.
 const MOST_HELD_NOISY: f64 = 0.3;
