@@ -89,8 +89,10 @@ const HELD_NOISY: f64 = 1.0;
 /// where f has not got this share of them across zero. Between walls that it joins, and in walls that it pierces, f hardly leaves
 /// zero; where it does, the points have parted or filled what was joined or pierced in the initial shape;
 const CLEARLY: f64 = 0.25;
-/// but not deeper than so many spacings in the initial shape, where there is none of them;
+/// but deeper than so many spacings in the initial shape, where there is none of them, f has to get this share of them across: holes and
+/// bars that the initial shape has filled or lost come out with as much on the other side;
 const SURE: f64 = 2.0;
+const CLEARLY_DEEP: f64 = 0.6;
 /// and unless what is not as deep is at more places than this share of the points: then these are too sparse for their shape everywhere,
 /// and holding f there would cost more accuracy and time than it brings;
 const MOST_HELD: f64 = 0.01;
@@ -322,13 +324,11 @@ impl<const D: usize> Refinement<'_, D> {
         let deep = SURE * self.spacing.typical;
         let [mut sure, mut others] = [const { Vec::new() }; 2];
         for change in self.topology_changes(initial, refined) {
-            let mistaken = if change.before.iter().any(|value| value.abs() > deep) {
-                &mut sure
-            } else if change.clearness() < CLEARLY {
-                &mut others
-            } else {
+            let is_deep = change.before.iter().any(|value| value.abs() > deep);
+            let (mistaken, clearly) = if is_deep { (&mut sure, CLEARLY_DEEP) } else { (&mut others, CLEARLY) };
+            if change.clearness() >= clearly {
                 continue;
-            };
+            }
             mistaken.extend(change.places.into_iter().zip(change.before));
         }
         [sure, others]
