@@ -247,12 +247,11 @@ impl<const D: usize> Ladder<'_, D> {
         let before = self.report.candidates.len();
         let first = self.consider(rung, self.scratch())?;
         self.search_from(first, rung)?;
-        if D == 3 && rung.halvings == self.options.first {
+        let options = self.options;
+        if D == 3 && rung.halvings == options.first {
             let tried: Vec<f64> = self.report.candidates[before..].iter().map(|candidate| candidate.ratio).collect();
-            let lengths = self.options.ratios.iter().copied();
-            let passed_over: Vec<f64> =
-                lengths.filter(|ratio| *ratio <= LAST_RESORT && !tried.contains(ratio)).collect();
-            for ratio in passed_over {
+            for ratio in options.ratios.iter().copied().filter(|ratio| *ratio <= LAST_RESORT && !tried.contains(ratio))
+            {
                 if self.is_random() {
                     rung.set_ratio(ratio)?;
                     self.consider(rung, self.scratch())?;

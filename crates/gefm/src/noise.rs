@@ -37,10 +37,10 @@ pub fn noise_deviation<const D: usize>(f: &Spline<D>, points: &[[f64; D]]) -> f6
     let differences = |(index, foot): (usize, &[f64; D])| {
         let nearest = tree.query(foot).nearest_n::<SquaredEuclidean<f64>>(wanted).execute();
         let others = nearest.iter().map(|n| n.item as usize).filter(|other| *other != index).take(NEIGHBOURS);
-        let others: Vec<f64> = others.map(|other| distances[other]).collect();
-        let first = *others.first()?;
-        let mean = others.iter().sum::<f64>() / others.len() as f64;
-        Some(((distances[index] - first).abs(), (distances[index] - mean).abs()))
+        let mut others = others.map(|other| distances[other]);
+        let first = others.next()?;
+        let (sum, found) = others.fold((first, 1), |(sum, found), other| (sum + other, found + 1));
+        Some(((distances[index] - first).abs(), (distances[index] - sum / f64::from(found)).abs()))
     };
     let (mut pairs, mut means): (Vec<f64>, Vec<f64>) =
         feet.par_iter().enumerate().filter_map(differences).collect::<Vec<_>>().into_iter().unzip();

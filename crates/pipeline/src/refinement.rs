@@ -91,7 +91,7 @@ const HELD_NOISY: f64 = 1.0;
 const CLEARLY: f64 = 0.25;
 /// but deeper than so many spacings in the initial shape, where there is none of them, f has to get this share of them across: holes and
 /// bars that the initial shape has filled or lost come out with as much on the other side;
-const SURE: f64 = 2.0;
+const DEPTH: f64 = 2.0;
 const CLEARLY_DEEP: f64 = 0.6;
 /// and unless what is not as deep is at more places than this share of the points: then these are too sparse for their shape everywhere,
 /// and holding f there would cost more accuracy and time than it brings;
@@ -210,7 +210,7 @@ impl<const D: usize> Refinement<'_, D> {
         let fit = |areas: &[f64]| self.on_levels(initial, band, &sides, areas, left * self.noise);
         let (mut refined, mut areas, heavy_tails) = self.reweighted(self.areas(), fit)?;
         let mut known = None;
-        if !few && left < 1.0 && !self.cancel.is_cancelled() {
+        if left < 1.0 && !self.cancel.is_cancelled() {
             let found = self.changes(initial, &refined.0);
             if found.iter().all(Vec::is_empty) {
                 known = Some(found);
@@ -224,10 +224,7 @@ impl<const D: usize> Refinement<'_, D> {
             if self.cancel.is_cancelled() {
                 break;
             }
-            let found = known
-                .take()
-                .unwrap_or_else(|| if few { Default::default() } else { self.changes(initial, &refined.0) });
-            let [mut changes, others] = found;
+            let [mut changes, others] = known.take().unwrap_or_else(|| self.changes(initial, &refined.0));
             changes.extend(self.if_few(most_held, others));
             let dropped = self.if_few(MOST_STRAYS, self.strays(&refined.0, &stray));
             if changes.is_empty() && dropped.is_empty() {
@@ -318,20 +315,21 @@ impl<const D: usize> Refinement<'_, D> {
     }
 
     /// Where the refined function has another topology than the initial shape by mistake, with the latter's values: first where that is
-    /// sure of itself, then elsewhere. What joins and parts there does so between the points, of which f̂ knows the sides, while the refined
-    /// function only has to vanish at them.
+    /// deep, then elsewhere. What joins and parts there does so between the points, of which f̂ knows the sides, while the refined
+    /// function only has to vanish at them. Nothing of few points.
     fn changes(&self, initial: &Spline<D>, refined: &HierarchicalSpline<D>) -> [Vec<([f64; D], f64)>; 2] {
-        let deep = SURE * self.spacing.typical;
-        let [mut sure, mut others] = [const { Vec::new() }; 2];
-        for change in self.topology_changes(initial, refined) {
-            let is_deep = change.before.iter().any(|value| value.abs() > deep);
-            let (mistaken, clearly) = if is_deep { (&mut sure, CLEARLY_DEEP) } else { (&mut others, CLEARLY) };
-            if change.clearness() >= clearly {
-                continue;
-            }
-            mistaken.extend(change.places.into_iter().zip(change.before));
+        let [mut deep, mut others] = [const { Vec::new() }; 2];
+        if self.spacing.count() < FEW {
+            return [deep, others];
         }
-        [sure, others]
+        for change in self.topology_changes(initial, refined) {
+            let is_deep = change.before.iter().any(|value| value.abs() > DEPTH * self.spacing.typical);
+            let (mistaken, clearly) = if is_deep { (&mut deep, CLEARLY_DEEP) } else { (&mut others, CLEARLY) };
+            if change.clearness() < clearly {
+                mistaken.extend(change.places.into_iter().zip(change.before));
+            }
+        }
+        [deep, others]
     }
 
     /// Where one function near the points has another topology than the one before.
