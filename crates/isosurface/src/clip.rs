@@ -90,14 +90,12 @@ impl TriMesh {
         (mesh, kept)
     }
 
-    /// Turns the sign of g where a connected region of the mesh with `g ≤ 0` has less than the area `speck`, and then where one
-    /// with `g > 0` has less than `hole`: so [`TriMesh::clipped`] leaves no specks, and no small holes.
-    pub fn settle(&self, g: &mut [f64], speck: f64, hole: f64) {
-        let mut shares = vec![0.0; self.vertices.len()];
-        for triangle in &self.triangles {
-            let area = self.triangle_area(triangle);
-            triangle.iter().for_each(|v| shares[*v as usize] += area / 3.0);
-        }
+    /// Turns the sign of g where the vertices of a connected region of the mesh with `g ≤ 0` have shares of less than `speck` together, and then
+    /// where those of one with `g > 0` have less than `hole`: so [`TriMesh::clipped`] leaves no specks, and no small holes. What the shares
+    /// are of is for the caller to say, as of the area by [`TriMesh::vertex_areas`].
+    ///
+    /// Panics if there are fewer values or shares than vertices.
+    pub fn settle(&self, g: &mut [f64], shares: &[f64], speck: f64, hole: f64) {
         for (kept, smallest) in [(true, speck), (false, hole)] {
             let mut sets = UnionFind::new(self.vertices.len());
             let alike = |a: u32, b: u32| (g[a as usize] <= 0.0) == kept && (g[b as usize] <= 0.0) == kept;
@@ -108,10 +106,10 @@ impl TriMesh {
                     }
                 }
             }
-            let mut areas = vec![0.0; self.vertices.len()];
-            shares.iter().enumerate().for_each(|(v, area)| areas[sets.find(v)] += area);
+            let mut sums = vec![0.0; self.vertices.len()];
+            shares.iter().enumerate().for_each(|(v, share)| sums[sets.find(v)] += share);
             for (v, g) in g.iter_mut().enumerate() {
-                if (*g <= 0.0) == kept && areas[sets.find(v)] < smallest {
+                if (*g <= 0.0) == kept && sums[sets.find(v)] < smallest {
                     // Not zero, which would still count as kept.
                     *g = if kept { (-*g).max(f64::MIN_POSITIVE) } else { -*g };
                 }
@@ -234,7 +232,7 @@ mod tests {
         let field = |x: &[f64; 3]| if x[2] > 0.0 { x[2].min(pole(x)) } else { x[2].max(-pole(x)) };
         let mut g = at(&ball, field);
         assert_eq!(ball.clipped(&g).0.topology().boundary_loops, 3);
-        ball.settle(&mut g, 0.5, 0.5);
+        ball.settle(&mut g, &ball.vertex_areas(), 0.5, 0.5);
         let topology = ball.clipped(&g).0.topology();
         assert_eq!((topology.components, topology.boundary_loops), (1, 1));
     }

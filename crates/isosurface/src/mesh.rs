@@ -69,18 +69,32 @@ impl TriMesh {
         })
     }
 
-    /// The area of every connected component, in the order of their first vertices.
-    pub fn component_areas(&self) -> Vec<f64> {
+    /// The area around every vertex: a third of its triangles'.
+    pub fn vertex_areas(&self) -> Vec<f64> {
+        let mut areas = vec![0.0; self.vertices.len()];
+        for triangle in &self.triangles {
+            let area = self.triangle_area(triangle);
+            triangle.iter().for_each(|v| areas[*v as usize] += area / 3.0);
+        }
+        areas
+    }
+
+    /// What the vertices of every connected component have together, given what each has.
+    ///
+    /// Panics if there are fewer values than vertices.
+    pub fn component_sums(&self, values: &[f64]) -> Vec<f64> {
         let mut sets = UnionFind::new(self.vertices.len());
         for &[a, b, c] in &self.triangles {
             sets.join(a as usize, b as usize);
             sets.join(b as usize, c as usize);
         }
-        let mut areas = std::collections::BTreeMap::new();
-        for triangle in &self.triangles {
-            *areas.entry(sets.find(triangle[0] as usize)).or_insert(0.0) += self.triangle_area(triangle);
+        let mut sums = std::collections::BTreeMap::new();
+        let mut used = vec![false; self.vertices.len()];
+        self.triangles.iter().flatten().for_each(|v| used[*v as usize] = true);
+        for v in (0..self.vertices.len()).filter(|v| used[*v]) {
+            *sums.entry(sets.find(v)).or_insert(0.0) += values[v];
         }
-        areas.into_values().collect()
+        sums.into_values().collect()
     }
 
     /// Counts components, genus, holes and branches.
@@ -213,12 +227,13 @@ mod tests {
         assert_eq!((topology.components, topology.euler_characteristic, topology.genus), (2, 4, 0));
         // Three halves of a unit square and a triangle with sides √2: rounding.
         let area = 1.5 + 0.75_f64.sqrt();
-        let areas = mesh.component_areas();
+        let areas = mesh.component_sums(&mesh.vertex_areas());
         assert!(areas.len() == 2 && areas.iter().all(|found| (found - area).abs() < 1e-14), "{areas:?}");
         // A vertex that no triangle uses is no component.
         let mut loose = mesh.clone();
         loose.vertices.push([9.0; 3]);
         assert_eq!(loose.topology(), topology);
+        assert_eq!(loose.component_sums(&[1.0; 9]), [4.0, 4.0]);
         // Two volumes of 1/6: rounding.
         assert!((mesh.enclosed_volume() - 1.0 / 3.0).abs() < 1e-14);
     }

@@ -120,7 +120,6 @@ impl Counts {
         band: Option<&CellBand<D>>,
     ) -> Self {
         let face = |side: f64| side.powi(D as i32 - 1);
-        let extent: f64 = spacing.local.iter().map(|s| face(*s)).sum();
         let active = |band: &CellBand<D>| {
             std::iter::once(band.near().len()).chain(band.active().iter().map(|level| level.len())).collect()
         };
@@ -134,7 +133,7 @@ impl Counts {
             dense: domain.coefficients(options.degree, halvings),
             dense_refined: options.refine && band.is_none(),
             active: band.map_or(vec![], active),
-            crossed: CUT * extent / face(domain.spacing(halvings)),
+            crossed: CUT * spacing.extent() / face(domain.spacing(halvings)),
             growth: face(2.0),
         }
     }

@@ -133,7 +133,7 @@ impl Dimension<3> for [f64; 3] {
     }
 
     fn extents(mesh: &TriMesh) -> Vec<f64> {
-        mesh.component_areas()
+        mesh.component_sums(&mesh.vertex_areas())
     }
 
     fn vertices(mesh: &TriMesh) -> Vec<[f64; 3]> {

@@ -14,7 +14,8 @@ pub struct Spacing {
     pub local: Vec<f64>,
     /// Their median s.
     pub typical: f64,
-    /// Density ρ: points per unit length in 2D, per unit area in 3D; s^−(D−1) where they are not in lines.
+    /// Density ρ: points per unit length in 2D, per unit area in 3D, over all of the curve or surface. s^−(D−1) where they are spread
+    /// evenly and not in lines.
     pub density: f64,
     /// Per point: the share of curve or surface that it stands for, in units of the mean share.
     pub areas: Vec<f64>,
@@ -26,6 +27,10 @@ pub struct Spacing {
 
 /// Points with more noise than so many of their spacings are noisy; less is detail that is finer than the spacing, or nothing.
 pub const NOISY: f64 = 0.1;
+
+/// Points spread evenly have up to so many times the mean area by the square of their spacing, by its median 1: 1.06 where they are random,
+/// for the sixth neighbour's distance errs, and more with noise.
+const EVEN: f64 = 1.2;
 
 /// How many neighbours an estimate looks at.
 pub(crate) const NEIGHBOURS: usize = 6;
@@ -51,7 +56,9 @@ impl Spacing {
         sorted.sort_by(f64::total_cmp);
         let typical = sorted[sorted.len() / 2];
         let areas = areas::<D>(&local, typical, None);
-        Self { local, typical, density: typical.powi(1 - D as i32), areas, nearest, lines: None }
+        let share = local.iter().map(|s| (s / typical).powi(D as i32 - 1)).sum::<f64>() / local.len() as f64;
+        let density = typical.powi(1 - D as i32) / (share / EVEN).max(1.0);
+        Self { local, typical, density, areas, nearest, lines: None }
     }
 
     /// Of points in lines: that of those that are left when they are thinned, each with its share of what these stand for.
@@ -68,6 +75,11 @@ impl Spacing {
     /// How many points are about as far apart as the spacing says: all, but for those between others of a line.
     pub fn count(&self) -> usize {
         self.lines.as_ref().map_or(self.local.len(), |lines| lines.between.iter().filter(|between| !**between).count())
+    }
+
+    /// The length of curve or area of surface that the points lie on.
+    pub fn extent(&self) -> f64 {
+        self.local.len() as f64 / self.density
     }
 
     /// The mean of the local spacing over each point's nearest neighbours, in the unit of the points: a single one errs by a fifth and
@@ -196,5 +208,21 @@ mod tests {
             (areas[250] / areas[100] - 2.0).abs() < 1e-9,
             "twice the distance, exactly representable up to rounding"
         );
+    }
+
+    #[test]
+    fn the_extent_is_that_of_the_sparse_part_too() {
+        // Three of four points on a fiftieth of the line.
+        let uneven = |i: u32| if i < 900 { 1e-4 * f64::from(i) } else { 0.09 + 0.015 * f64::from(i - 899) };
+        let points: Vec<[f64; 2]> = (0..1200).map(|i| [uneven(i), 0.0]).collect();
+        let spacing = Spacing::of(&points);
+        assert!((spacing.typical - 1e-4).abs() < 1e-9);
+        // Too small by the share that points of even density may have more.
+        let share = spacing.extent() / uneven(1199);
+        assert!((1.0 / EVEN - 0.02..1.0).contains(&share), "{share}");
+        // Of even points it is as many spacings.
+        let even: Vec<[f64; 2]> = (0..1200).map(|i| [0.01 * f64::from(i), 0.0]).collect();
+        let spacing = Spacing::of(&even);
+        assert_eq!(spacing.density, 1.0 / spacing.typical);
     }
 }

@@ -21,9 +21,9 @@ const FARTHEST: f64 = 1.5;
 /// Samples that have a say: on a surface they reach to 2.1 σ in its midst, and to 3 σ at its boundary.
 const AROUND: usize = 32;
 /// Connected parts that are supported by no more than so many samples' share are specks,
-const SPECK: f64 = 12.0;
+pub const SPECK: f64 = 12.0;
 /// and such holes are closed.
-const HOLE: f64 = 6.0;
+pub const HOLE: f64 = 6.0;
 
 /// Samples of a curve or surface with the spacing around each.
 pub struct Support<'a, const D: usize> {
@@ -33,7 +33,6 @@ pub struct Support<'a, const D: usize> {
     local: Vec<f64>,
     /// Its own spacing, per point.
     own: &'a [f64],
-    typical: f64,
 }
 
 /// The nearest sample of a place.
@@ -60,12 +59,12 @@ impl<'a, const D: usize> Support<'a, D> {
         let tree = tree_of(points);
         // Smoothed, for a boundary without steps.
         let local = spacing.smoothed_in(&tree, points);
-        Self { points, tree, local, own: &spacing.local, typical: spacing.typical }
+        Self { points, tree, local, own: &spacing.local }
     }
 
-    /// The least area (length in 2D) of a part that is no speck, and of a hole that stays open.
-    pub fn smallest(&self) -> [f64; 2] {
-        [SPECK, HOLE].map(|shares| shares * self.typical.powi(D as i32 - 1))
+    /// The area (length in 2D) that a sample stands for by the spacing around it.
+    pub fn share(&self, sample: usize) -> f64 {
+        self.local[sample].powi(D as i32 - 1)
     }
 
     /// Per place, at most 0 where it is supported, and continuous across the boundary.

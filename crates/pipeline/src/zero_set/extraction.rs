@@ -10,7 +10,7 @@ use zeroset_isosurface::{self as isosurface, CurveTopology, Curves, Topology, Tr
 use crate::error::ReconstructError;
 use crate::points::frame::Frame;
 use crate::points::spacing::distances_to;
-use crate::points::support::{Nearest, Support};
+use crate::points::support::{self, Nearest, Support};
 use crate::reconstruct::Reconstruction;
 use crate::report::{ExtractionReport, StageFigures, StageReport};
 use crate::topology::fragile;
@@ -20,7 +20,7 @@ use crate::zero_set::marching::marching_halvings;
 /// Edges of a mesh are up to so many cells long.
 const LONGEST: f64 = 1.5;
 
-/// A component with less than the area of so many points is a speck.
+/// A component with less area than so many of the points around it stand for is a speck.
 const SPECK: f64 = 50.0;
 
 /// Where no point is within this share of the farthest that is supported, the surface may be another. (Of random samples one place in twelve
@@ -43,8 +43,8 @@ pub fn extract_surface(reconstruction: &mut Reconstruction<3>) -> Result<(TriMes
     let support = Support::new(&points, &reconstruction.spacing);
     if reconstruction.open {
         let mut lack = support.lack(&mesh.vertices);
-        let [speck, hole] = support.smallest();
-        mesh.settle(&mut lack, speck, hole);
+        let shares = shares(&mesh, &support, &support.nearest(&mesh.vertices));
+        mesh.settle(&mut lack, &shares, support::SPECK, support::HOLE);
         let (part, kept) = mesh.clipped(&lack);
         mesh = part;
         onto_zero_set(reconstruction, &mut mesh, kept);
@@ -61,6 +61,7 @@ pub fn extract_surface(reconstruction: &mut Reconstruction<3>) -> Result<(TriMes
         reconstruction.report.warnings.extend(warning);
     }
     let uncovered = uncovered(&points, &mesh.vertices, &nearest, 2.0 * reconstruction.spacing.typical);
+    let parts = mesh.component_sums(&shares(&mesh, &support, &nearest));
     match_cells(&reconstruction.spline, reconstruction.domain.spacing(reconstruction.halvings + halvings), &mut mesh);
     let frame = reconstruction.frame;
     for vertex in &mut mesh.vertices {
@@ -87,10 +88,7 @@ pub fn extract_surface(reconstruction: &mut Reconstruction<3>) -> Result<(TriMes
         unsupported_share: closes.share,
         topology,
     };
-    let speck = SPECK * reconstruction.report.input.spacing.powi(2);
-    // A part is as large as the whole.
-    let areas = if topology.components > 1 { mesh.component_areas() } else { vec![area] };
-    let specks = areas.into_iter().filter(|area| *area < speck).count();
+    let specks = parts.iter().filter(|shares| **shares < SPECK).count();
     // Where all are as small the shape is, of few points.
     if specks > 0 && specks < topology.components {
         reconstruction.report.warnings.push(format!(
@@ -116,7 +114,8 @@ pub fn extract_curve(reconstruction: &mut Reconstruction<2>) -> Result<(Curves, 
     let support = Support::new(&points, &reconstruction.spacing);
     if reconstruction.open {
         let lack: Vec<Vec<f64>> = curves.loops.iter().map(|cycle| support.lack(cycle)).collect();
-        let [speck, hole] = support.smallest();
+        // Lengths, in the typical spacing.
+        let [speck, hole] = [support::SPECK, support::HOLE].map(|shares| shares * reconstruction.spacing.typical);
         curves = curves.clipped(&lack, speck, hole);
     }
     let all: Vec<[f64; 2]> = curves.loops.iter().chain(&curves.paths).flatten().copied().collect();
@@ -211,6 +210,11 @@ pub enum Figures {
         /// Loops, area, length.
         topology: CurveTopology,
     },
+}
+
+/// How many points stand for the area around every vertex, by the spacing of those around it.
+fn shares(mesh: &TriMesh, support: &Support<'_, 3>, nearest: &[Nearest]) -> Vec<f64> {
+    mesh.vertex_areas().iter().zip(nearest).map(|(area, near)| area / support.share(near.sample)).collect()
 }
 
 /// That a handle runs through places away from all points, all round it: without it, closed by two sheets instead, the surface would suit the

@@ -29,8 +29,7 @@ pub(crate) fn marching_halvings<const D: usize>(reconstruction: &Reconstruction<
     let cell = |halvings: u32| reconstruction.domain.spacing(reconstruction.halvings + halvings);
     let (input, scale) = (&reconstruction.report.input, reconstruction.frame.scale);
     let spacing = input.spacing * scale;
-    let vertices =
-        |halvings: u32| CUT * reconstruction.points.len() as f64 * (spacing / cell(halvings)).powi(D as i32 - 1);
+    let vertices = |halvings: u32| CUT * reconstruction.spacing.extent() / cell(halvings).powi(D as i32 - 1);
     let refined = reconstruction.initial.is_some();
     let mut halvings = levels + u32::from(longest << levels < FINE_ENOUGH || (refined && vertices(levels + 1) < MANY));
     if refined && vertices(halvings + 1) < MANY_FOR_SAG {
