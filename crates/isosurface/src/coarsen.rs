@@ -66,16 +66,17 @@ impl TriMesh {
         let n = cycle.len();
         let after = |i: usize| cycle[(i + 1) % n];
         let needed = (0..n).map(|i| self.quality(v, cycle[i], after(i))).fold(LEAST_QUALITY, f64::min);
-        let mut best = None;
+        let mut best: Option<(u32, f64)> = None;
         for i in 0..n {
             let (u, before, next) = (cycle[i], cycle[(i + n - 1) % n], after(i));
-            if !rings.keeps_topology(v, u, [before, next], cycle) {
-                continue;
-            }
             // The triangles that the collapse leaves have u and a side of the ring that it is not an end of.
-            let sides = (1..n - 1).map(|k| [cycle[(i + k) % n], cycle[(i + k + 1) % n]]);
-            let worst = sides.map(|side| self.merged_quality(v, u, side, longest)).fold(f64::INFINITY, f64::min);
-            if worst >= needed && best.is_none_or(|(_, most)| worst > most) {
+            let mut sides = (1..n - 1).map(|k| [cycle[(i + k) % n], cycle[(i + k + 1) % n]]);
+            let is_better = |quality: f64| quality >= needed && best.is_none_or(|(_, most)| quality > most);
+            let worst = sides.try_fold(f64::INFINITY, |worst: f64, side| {
+                let quality = self.merged_quality(v, u, side, longest);
+                is_better(quality).then_some(worst.min(quality))
+            });
+            if let Some(worst) = worst.filter(|_| rings.keeps_topology(v, u, [before, next], cycle)) {
                 best = Some((u, worst));
             }
         }
@@ -150,7 +151,9 @@ struct Rings {
 
 impl Rings {
     fn new(mesh: &TriMesh) -> Self {
-        let mut around = vec![Vec::new(); mesh.vertices.len()];
+        let mut counts = vec![0; mesh.vertices.len()];
+        mesh.triangles.iter().flatten().for_each(|v| counts[*v as usize] += 1);
+        let mut around: Vec<Vec<u32>> = counts.into_iter().map(Vec::with_capacity).collect();
         for (index, triangle) in mesh.triangles.iter().enumerate() {
             triangle.iter().for_each(|v| around[*v as usize].push(index as u32));
         }
