@@ -16,7 +16,8 @@ const HARDLY: f64 = 1.5;
 ///
 /// What a group is the points say themselves. The number of lattice cells that hold them, N(h), grows as the cells' side h is
 /// halved until each sample of the surface has its own cell. If N then stands still for several octaves before it grows again to at
-/// least twice that number, the points come in groups.
+/// least twice that number, and most of those cells hold several points, the points come in groups. (A small part that is sampled much
+/// more closely than the rest falls apart as late, but is in few of the cells.)
 ///
 /// They come along a curve that stays in a cell until it has seen all of it (Morton 1966): what is near in space is near in memory,
 /// and in whatever order the points were given, the rest of the road sees the same one.
@@ -39,21 +40,26 @@ fn cell<const D: usize>(point: &[f64; D], octave: u32) -> [i32; D] {
 
 /// Cells of side `2^-octave` hold one group each; `codes` are sorted.
 fn octave_of_groups<const D: usize>(codes: &[u64]) -> u32 {
-    // Neighbours on the curve first differ at the octave at which their cells do.
+    // Neighbours on the curve first differ at the octave at which their cells do, of D bits per octave the finest being the last; equal
+    // ones at none.
+    let differ = |pair: &[u64]| match pair[0] ^ pair[1] {
+        0 => FINEST as usize + 1,
+        bits => FINEST.saturating_sub(bits.ilog2() / D as u32) as usize,
+    };
+    let splits: Vec<usize> = codes.windows(2).map(differ).collect();
     let mut occupied = [1usize; FINEST as usize + 1];
-    for pair in codes.windows(2) {
-        let differ = pair[0] ^ pair[1];
-        if differ != 0 {
-            // Of D bits per octave the finest are the last.
-            let from = FINEST.saturating_sub(differ.ilog2() / D as u32);
-            occupied[from as usize..].iter_mut().for_each(|count| *count += 1);
-        }
-    }
+    let mut alone = [0usize; FINEST as usize + 1];
+    let count_from = |counts: &mut [usize], octave: usize| counts.iter_mut().skip(octave).for_each(|count| *count += 1);
+    splits.iter().for_each(|&split| count_from(&mut occupied, split));
+    // A point has a cell to itself from where it differs from both neighbours.
+    let after = splits.iter().copied().chain([0]);
+    std::iter::once(0).chain(splits.iter().copied()).zip(after).for_each(|(a, b)| count_from(&mut alone, a.max(b)));
     let most = occupied[FINEST as usize];
     // The longest standstill with half of all cells at most; a lattice that has only begun to fill has too few to tell.
     let stands = |from: u32, to: u32| occupied[to as usize] as f64 <= HARDLY * occupied[from as usize] as f64;
     (1..=FINEST - GAP)
         .filter(|&from| 2 * occupied[from as usize] <= most && occupied[from as usize] >= FEWEST)
+        .filter(|&from| 2 * alone[from as usize] <= occupied[from as usize])
         .find(|&from| stands(from, from + GAP))
         .map_or(FINEST, |from| from + 1)
 }
@@ -106,6 +112,10 @@ mod tests {
         let mut uneven = circle(100);
         uneven.extend((0..1000).map(|i| 1e-5 * 62.8 * f64::from(i)).map(|t| [0.5 * t.cos() + 1e-4, 0.5 * t.sin()]));
         assert_eq!(sorted(without_repetitions(&uneven)), sorted(uneven));
+        // A small part that is sampled as densely against its own size: when the large one has fallen apart it still is in a few cells.
+        let mut small = circle(100);
+        small.extend(circle(150).iter().map(|p| [0.8 + 1e-3 * p[0], 1e-3 * p[1]]));
+        assert_eq!(sorted(without_repetitions(&small)), sorted(small));
         let lattice: Vec<[f64; 3]> =
             (0..1000).map(|i| [i % 10, i / 10 % 10, i / 100].map(|x| f64::from(x) / 10.0 - 0.45)).collect();
         assert_eq!(sorted(without_repetitions(&lattice)), sorted(lattice));
