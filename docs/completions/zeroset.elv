@@ -78,7 +78,7 @@ set edit:completion:arg-completer[zeroset] = {|@words|
         &'zeroset;mesh'= {
             cand -o 'Where to write, repeatable: mesh .ply .obj .stl .glb (3D), curve .svg .json .csv .dxf (2D) [example: fine.ply]'
             cand --output 'Where to write, repeatable: mesh .ply .obj .stl .glb (3D), curve .svg .json .csv .dxf (2D) [example: fine.ply]'
-            cand --resolution 'At least this many cells along the longest side of the function''s box, 2 to 4096: its coarsest cells are halved as often as that takes, and at least down to its finest ones. Time and memory grow with the square [default: 96] [example: 512]'
+            cand --resolution 'At least this many cells along the longest side of the function''s box, 2 to 4096, and more where its own cells are smaller. Time and memory grow with the square [default: 96] [example: 512]'
             cand --memory 'Memory to use at most: bytes, or with K, M, G or T (powers of 1024) [default: 70 % of what is free] [example: 4G]'
             cand --iso 'Extract f = VALUE in place of f = 0, in the unit of the points: positive values lie outside, negative inside. Near the surface f is close to the distance from it, so that small values give offset surfaces; farther away it is not a distance [example: 0.5]'
             cand --threads 'Number of threads; the result does not depend on it [default: all cores] [example: 4]'

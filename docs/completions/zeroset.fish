@@ -100,7 +100,7 @@ complete -c zeroset -n "__fish_zeroset_using_subcommand eval" -l distance -d 'Ad
 complete -c zeroset -n "__fish_zeroset_using_subcommand eval" -s q -l quiet -d 'Print nothing but errors'
 complete -c zeroset -n "__fish_zeroset_using_subcommand eval" -s h -l help -d 'Print help'
 complete -c zeroset -n "__fish_zeroset_using_subcommand mesh" -s o -l output -d 'Where to write, repeatable: mesh .ply .obj .stl .glb (3D), curve .svg .json .csv .dxf (2D) [example: fine.ply]' -r -F
-complete -c zeroset -n "__fish_zeroset_using_subcommand mesh" -l resolution -d 'At least this many cells along the longest side of the function\'s box, 2 to 4096: its coarsest cells are halved as often as that takes, and at least down to its finest ones. Time and memory grow with the square [default: 96] [example: 512]' -r
+complete -c zeroset -n "__fish_zeroset_using_subcommand mesh" -l resolution -d 'At least this many cells along the longest side of the function\'s box, 2 to 4096, and more where its own cells are smaller. Time and memory grow with the square [default: 96] [example: 512]' -r
 complete -c zeroset -n "__fish_zeroset_using_subcommand mesh" -l memory -d 'Memory to use at most: bytes, or with K, M, G or T (powers of 1024) [default: 70 % of what is free] [example: 4G]' -r
 complete -c zeroset -n "__fish_zeroset_using_subcommand mesh" -l iso -d 'Extract f = VALUE in place of f = 0, in the unit of the points: positive values lie outside, negative inside. Near the surface f is close to the distance from it, so that small values give offset surfaces; farther away it is not a distance [example: 0.5]' -r
 complete -c zeroset -n "__fish_zeroset_using_subcommand mesh" -l threads -d 'Number of threads; the result does not depend on it [default: all cores] [example: 4]' -r

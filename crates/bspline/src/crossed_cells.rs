@@ -23,7 +23,9 @@ pub struct CrossedCells<const D: usize> {
 }
 
 /// The cells of one block, and f at their corners.
-struct Found {
+pub(crate) struct Found {
+    /// How often the dense lattice's cells were halved.
+    pub(crate) halving: usize,
     /// As in [`IndexSet`].
     block: [u32; 3],
     cells: Mask,
@@ -54,19 +56,15 @@ impl<const D: usize> HierarchicalSpline<D> {
         let axes = self.nodes(halvings)?;
         let extent = axes.each_ref().map(|nodes| nodes.len() as u32 - 1);
         let mut found = if check_uniform(self.root().knots()).is_ok() {
-            Descent::new(self, halvings, extent).run()
+            Descent::new(self, halvings, extent).run(&Finest { halvings })
         } else {
             self.in_crossed_root_cells(halvings, &axes)
         };
-        found.par_sort_unstable_by_key(|found| found.block);
-        let cells = IndexSet::from_blocks(extent, found.iter().map(|found| (found.block, found.cells)));
-        let nodes = Arc::new(cells.dilated(0..=1, extent.map(|n| n + 1)));
-        let values = corners_to_field(&found, nodes);
-        Ok(CrossedCells { axes, cells, values })
+        Ok(CrossedCells::of(axes, &mut found))
     }
 
     /// Ends of the dense lattice's cells along each axis, halved some number of times.
-    fn nodes(&self, halvings: usize) -> Result<[Vec<f64>; D], BandError> {
+    pub(crate) fn nodes(&self, halvings: usize) -> Result<[Vec<f64>; D], BandError> {
         let mut axes = self.root().knots().each_ref().map(|knots| {
             let mut nodes: Vec<f64> = knots.cells().map(|(_, start, _)| start).collect();
             nodes.push(knots.domain().1);
@@ -114,14 +112,95 @@ impl<const D: usize> HierarchicalSpline<D> {
                     let place = |axis: usize| (start[3 - D + axis] as usize) + node[3 - D + axis];
                     values.push(self.root().value(&std::array::from_fn(|axis| axes[axis][place(axis)])));
                 });
-                Found { block: cells.blocks[slot], cells: cells.masks[slot], values }
+                Found { halving: halvings, block: cells.blocks[slot], cells: cells.masks[slot], values }
             })
             .collect()
     }
 }
 
+impl<const D: usize> CrossedCells<D> {
+    /// Brings what was found on one lattice together.
+    pub(crate) fn of(axes: [Vec<f64>; D], found: &mut [Found]) -> Self {
+        let extent = axes.each_ref().map(|nodes| nodes.len() as u32 - 1);
+        found.par_sort_unstable_by_key(|found| found.block);
+        let cells = IndexSet::from_blocks(extent, found.iter().map(|found| (found.block, found.cells)));
+        let nodes = Arc::new(cells.dilated(0..=1, extent.map(|n| n + 1)));
+        let values = corners_to_field(found, nodes);
+        Self { axes, cells, values }
+    }
+
+    /// Whether f < 0 anywhere on the box's faces.
+    pub(crate) fn leaves_box(&self) -> bool {
+        let (set, last) = (self.values.set(), self.cells.extent());
+        let mut values = vec![0.0; set.len()];
+        self.values.members(&mut values);
+        let is_at_face = |node: &[u32; D]| (0..D).any(|axis| node[axis] == 0 || node[axis] == last[axis]);
+        set.iter().zip(&values).any(|(node, value)| *value < 0.0 && is_at_face(&node))
+    }
+
+    /// Takes the values of all nodes that a lattice with half the spacing has too from there.
+    pub(crate) fn take_over(&mut self, finer: &Self) {
+        let set = Arc::clone(self.values.set());
+        let blocks = self.values.blocks_mut();
+        let finer_set = finer.values.set();
+        for slot in 0..set.block_count() {
+            let start = set.block_start(slot);
+            set.for_each_place(slot, |place| {
+                let places = [place / 64, place / SIDE % SIDE, place % SIDE];
+                let node: [u32; D] = std::array::from_fn(|axis| 2 * (start[axis] + places[3 - D + axis] as u32));
+                let at = |block: usize| finer.values.blocks()[block * IndexSet::<D>::BLOCK + place_of(node)];
+                if finer_set.contains(node)
+                    && let Some(value) = finer_set.slot(node.map(i64::from)).map(at)
+                {
+                    blocks[slot * IndexSet::<D>::BLOCK + place] = value;
+                }
+            });
+        }
+    }
+}
+
+/// The place of an index in its block.
+fn place_of<const D: usize>(index: [u32; D]) -> usize {
+    index.iter().fold(0, |place, k| place * SIDE + *k as usize % SIDE)
+}
+
+impl Found {
+    /// The cells that were found on one lattice.
+    pub(crate) fn cells_of<'a, const D: usize>(extent: [u32; D], found: impl Iterator<Item = &'a Self>) -> IndexSet<D> {
+        let mut blocks: Vec<([u32; 3], Mask)> = found.map(|found| (found.block, found.cells)).collect();
+        blocks.par_sort_unstable();
+        IndexSet::from_blocks(extent, blocks.into_iter())
+    }
+}
+
+/// Which cells a descent takes, and where it goes on with halved ones.
+pub(crate) trait Search<const D: usize>: Sync {
+    /// The cells of a block to be taken, and those to be halved. `crossed` gives those that bounds do not rule out, as far as the levels
+    /// up to this one say.
+    fn choose(&self, halving: usize, start: [u32; D], crossed: impl FnOnce() -> Mask) -> [Mask; 2];
+
+    /// Whether there is anything to look for in a block, given whether a block around it has cells to be halved there, and whether a finer
+    /// level may change what bounds say.
+    fn enters(&self, halving: usize, start: [u32; D], is_halved: bool, has_finer: bool) -> bool;
+}
+
+/// All cells of the finest lattice that bounds do not rule out.
+struct Finest {
+    halvings: usize,
+}
+
+impl<const D: usize> Search<D> for Finest {
+    fn choose(&self, halving: usize, _: [u32; D], crossed: impl FnOnce() -> Mask) -> [Mask; 2] {
+        if halving == self.halvings { [crossed(), [0; SIDE]] } else { [[0; SIDE], crossed()] }
+    }
+
+    fn enters(&self, _: usize, _: [u32; D], is_halved: bool, has_finer: bool) -> bool {
+        is_halved || has_finer
+    }
+}
+
 /// The search among the cells of a uniform cubic and its levels, from block to block of half the size.
-struct Descent<'a, const D: usize> {
+pub(crate) struct Descent<'a, const D: usize> {
     spline: &'a HierarchicalSpline<D>,
     halvings: usize,
     /// Cells of the finest lattice along each axis.
@@ -131,7 +210,7 @@ struct Descent<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> Descent<'a, D> {
-    fn new(spline: &'a HierarchicalSpline<D>, halvings: usize, extent: [u32; D]) -> Self {
+    pub(crate) fn new(spline: &'a HierarchicalSpline<D>, halvings: usize, extent: [u32; D]) -> Self {
         let field = |level: &crate::hierarchical_spline::Level<D>| {
             let mut field = BlockField::zeros(Arc::clone(level.active()));
             field.scatter(level.corrections());
@@ -140,7 +219,7 @@ impl<'a, const D: usize> Descent<'a, D> {
         Self { spline, halvings, extent, corrections: spline.levels().iter().map(field).collect() }
     }
 
-    fn run(&self) -> Vec<Found> {
+    pub(crate) fn run(&self, search: &impl Search<D>) -> Vec<Found> {
         let counts = self.extent_at(0).map(|n| n.div_ceil(SIDE as u32));
         let total: usize = counts.iter().map(|n| *n as usize).product();
         let parts: Vec<Vec<Found>> = (0..total)
@@ -154,29 +233,35 @@ impl<'a, const D: usize> Descent<'a, D> {
                 }
                 let mut window = CoefficientWindow::zeros();
                 self.spline.gather(0, start.map(i64::from), CoefficientWindow::<D>::SIDE, window.as_mut_slice());
-                self.visit(0, start, &window)
+                self.visit(search, 0, start, &window)
             })
             .collect();
         parts.into_iter().flatten().collect()
     }
 
-    fn extent_at(&self, halving: usize) -> [u32; D] {
+    pub(crate) fn extent_at(&self, halving: usize) -> [u32; D] {
         self.extent.map(|n| n >> (self.halvings - halving))
     }
 
     /// What is to be found in a block of cells, given the coefficients that act there without finer levels.
-    fn visit(&self, halving: usize, start: [u32; D], window: &CoefficientWindow<D>) -> Vec<Found> {
-        let crossed = self.crossed(halving, &start, window);
-        if halving == self.halvings {
-            if crossed == [0; SIDE] {
-                return vec![];
-            }
+    fn visit(
+        &self,
+        search: &impl Search<D>,
+        halving: usize,
+        start: [u32; D],
+        window: &CoefficientWindow<D>,
+    ) -> Vec<Found> {
+        let [taken, halved] = search.choose(halving, start, || self.crossed(halving, &start, window));
+        let own = (taken != [0; SIDE]).then(|| {
             let nodes = window.node_values();
-            let mut values = Vec::with_capacity(2 * block_mask::count(&crossed));
+            let mut values = Vec::with_capacity(2 * block_mask::count(&taken));
             let side = SIDE + 1;
-            for_each_node(&node_rows::<D>(&crossed), |[x, y, z]| values.push(nodes[(x * side + y) * side + z]));
+            for_each_node(&node_rows::<D>(&taken), |[x, y, z]| values.push(nodes[(x * side + y) * side + z]));
             values.shrink_to_fit();
-            return vec![Found { block: spread(start).map(|k| k / SIDE as u32), cells: crossed, values }];
+            Found { halving, block: spread(start).map(|k| k / SIDE as u32), cells: taken, values }
+        });
+        if halving == self.halvings {
+            return own.into_iter().collect();
         }
         let extent = self.extent_at(halving + 1);
         let child = |corner: usize| -> Vec<Found> {
@@ -187,22 +272,23 @@ impl<'a, const D: usize> Descent<'a, D> {
             }
             let finer = self.spline.levels().get(halving);
             let has_finer = finer.is_some_and(|level| level.cells().slot(start.map(i64::from)).is_some());
-            if !has_finer && block_mask::children(&crossed, spread(half), IndexSet::<D>::DEPTH) == [0; SIDE] {
+            let is_halved = block_mask::children(&halved, spread(half), IndexSet::<D>::DEPTH) != [0; SIDE];
+            if !search.enters(halving + 1, start, is_halved, has_finer) {
                 return vec![];
             }
             let mut window = window.halved(half);
             if has_finer {
                 window.add(&self.corrections[halving], start.map(i64::from));
             }
-            self.visit(halving + 1, start, &window)
+            self.visit(search, halving + 1, start, &window)
         };
         let corners = 0..1usize << D;
-        if halving + 2 < self.halvings {
-            let parts: Vec<Vec<Found>> = corners.into_par_iter().map(child).collect();
-            parts.into_iter().flatten().collect()
+        let parts: Vec<Vec<Found>> = if halving + 2 < self.halvings {
+            corners.into_par_iter().map(child).collect()
         } else {
-            corners.flat_map(child).collect()
-        }
+            corners.map(child).collect()
+        };
+        own.into_iter().chain(parts.into_iter().flatten()).collect()
     }
 
     /// The cells of a block that may be crossed, as far as the levels up to this one say.

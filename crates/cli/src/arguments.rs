@@ -218,9 +218,8 @@ pub struct Mesh {
     /// Where to write, repeatable: mesh .ply .obj .stl .glb (3D), curve .svg .json .csv .dxf (2D) [example: fine.ply]
     #[arg(short, long, value_name = "FILE", required = true)]
     pub output: Vec<PathBuf>,
-    /// At least this many cells along the longest side of the function's box, 2 to 4096: its coarsest cells are halved as often as
-    /// that takes, and at least down to its finest ones. Time and memory grow with the square [default: 96]
-    /// [example: 512]
+    /// At least this many cells along the longest side of the function's box, 2 to 4096, and more where its own cells are
+    /// smaller. Time and memory grow with the square [default: 96] [example: 512]
     #[arg(long, value_name = "CELLS")]
     pub resolution: Option<usize>,
     /// Memory to use at most: bytes, or with K, M, G or T (powers of 1024) [default: 70 % of what is free] [example: 4G]

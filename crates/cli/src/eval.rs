@@ -25,7 +25,7 @@ pub fn run(arguments: &Eval, say: &Say) -> Result<(), Failure> {
             Ok(isosurface::curve_of(f, halvings, &Default::default())?.0.loops.concat())
         })?,
         (3, Points::Three(set)) => table(arguments, &file, &set.points, |f, halvings| {
-            Ok(isosurface::surface_of(f, halvings, &Default::default())?.0.vertices)
+            Ok(isosurface::graded_surface_of(f, halvings..=halvings, &Default::default())?.0.vertices)
         })?,
         (dimension, points) => {
             let columns = if matches!(points, Points::Two(_)) { 2 } else { 3 };

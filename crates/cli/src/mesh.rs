@@ -46,7 +46,7 @@ pub fn run(arguments: &Mesh, say: &Say) -> Result<(), Failure> {
         found
     } else {
         let (origin, f, halvings) = function::<3>(arguments, &file)?;
-        let found = isosurface::surface_of(&f, halvings, &Default::default());
+        let found = isosurface::graded_surface_of(&f, halvings..=halvings, &Default::default());
         let (mut mesh, found) = found.map_err(|error| refused(arguments, error))?;
         mesh.vertices.iter_mut().for_each(|vertex| shift(vertex, &origin));
         say.line(describe_surface(&mesh, &mesh.topology()));

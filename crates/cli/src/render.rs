@@ -66,7 +66,8 @@ fn space(arguments: &Render, file: &SplineFile, points: &[[f64; 3]]) -> Result<(
     let f = spline.plus_constant(-arguments.iso).map_err(|error| refused(&error))?;
     let halvings = lattice::halvings(&f, FINE_ENOUGH);
     lattice::check_search(&f, halvings)?;
-    let (mesh, _) = isosurface::surface_of(&f, halvings, &Default::default()).map_err(|error| refused(&error))?;
+    let found = isosurface::graded_surface_of(&f, halvings..=halvings, &Default::default());
+    let (mesh, _) = found.map_err(|error| refused(&error))?;
     // The mesh stays relative to the origin, for the sake of its last digits.
     let points: Vec<[f64; 3]> = points.iter().map(|p| axis_by_axis(*p, origin, |x, origin| x - origin)).collect();
     let up = Up::from(arguments.up);

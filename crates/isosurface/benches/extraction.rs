@@ -1,5 +1,6 @@
 //! Extraction on 128³ samples of an analytic field, with and without the function, and on noise, where every cell is cut; and
-//! of a torus with three and four band levels from the cells of lattices of 256³ and 512³ that bounds do not rule out.
+//! of a torus with three and four band levels from the cells of lattices of 256³ and 512³ that bounds do not rule out; and with four levels on
+//! a hundredth of it and one elsewhere, from equal cells and from cells of several sizes.
 
 #![allow(clippy::expect_used, reason = "a panic is how a bench fails")]
 
@@ -9,7 +10,7 @@ use std::sync::Arc;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use ndarray::ArrayD;
 use zeroset_bspline::{CellBand, HierarchicalSpline, KnotVector, Spline};
-use zeroset_isosurface::{ImplicitFunction, LatticeSamples, Options, surface, surface_of};
+use zeroset_isosurface::{ImplicitFunction, LatticeSamples, Options, graded_surface_of, surface, surface_of};
 
 const NODES: usize = 128;
 
@@ -31,8 +32,9 @@ fn axes(nodes: usize) -> [Vec<f64>; 3] {
     [axis.clone(), axis.clone(), axis]
 }
 
-/// The distance from a torus at the nodes of 32 cells per side as coefficients, and some levels around its surface.
-fn torus(levels: u8) -> HierarchicalSpline<3> {
+/// The distance from a torus at the nodes of 32 cells per side as coefficients, and some levels around a part of its surface, the others' first one
+/// around the rest.
+fn torus(levels: u8, part: f64) -> HierarchicalSpline<3> {
     let (big, small, cell) = (0.62f64, 0.3f64, 1.0 / 16.0);
     let coefficients = (0..35 * 35 * 35).map(|flat| {
         let [x, y, z] = [flat / (35 * 35), flat / 35 % 35, flat % 35].map(|k| -1.0 + cell * (f64::from(k) - 1.0));
@@ -47,7 +49,10 @@ fn torus(levels: u8) -> HierarchicalSpline<3> {
             [(big + small * cv) * cu, (big + small * cv) * su, small * sv]
         })
         .collect();
-    let band = CellBand::new(&knots, &points, &vec![levels; points.len()], [3, 3]).expect("points in the box");
+    // In a square of the parameters.
+    let is_fine = |i: usize| i / 200 < (300.0 * part.sqrt()) as usize && i % 200 < (200.0 * part.sqrt()) as usize;
+    let wanted: Vec<u8> = (0..points.len()).map(|i| if is_fine(i) { levels } else { 1 }).collect();
+    let band = CellBand::new(&knots, &points, &wanted, [3, 3]).expect("points in the box");
     let root = Spline::from_flat(knots, coefficients.collect()).expect("one coefficient per function");
     let level = |active: &Arc<_>| {
         let count = zeroset_bspline::IndexSet::<3>::len(active);
@@ -76,7 +81,7 @@ fn bench(criterion: &mut Criterion) {
     group.throughput(Throughput::Elements((NODES * NODES * NODES / 8) as u64));
     group.bench_function("noise 64³, linear", |b| b.iter(|| surface(black_box(&noise), none, &options)));
     for levels in [3, 4] {
-        let (torus, halvings, name) = (torus(levels), u32::from(levels), format!("torus {}³", 32 << levels));
+        let (torus, halvings, name) = (torus(levels, 1.0), u32::from(levels), format!("torus {}³", 32 << levels));
         let cells = torus.crossed_cells(halvings).expect("a lattice that can be counted").cells.len();
         group.throughput(Throughput::Elements(cells as u64));
         group.bench_function(format!("{name}, crossed cells"), |b| b.iter(|| torus.crossed_cells(black_box(halvings))));
@@ -84,6 +89,14 @@ fn bench(criterion: &mut Criterion) {
             b.iter(|| surface_of(black_box(&torus), halvings, &options));
         });
     }
+    let torus = torus(4, 0.01);
+    group.throughput(Throughput::Elements(1));
+    group.bench_function("torus, 512³ on a hundredth, equal cells", |b| {
+        b.iter(|| surface_of(black_box(&torus), 4, &options))
+    });
+    group.bench_function("torus, 512³ on a hundredth, of several sizes", |b| {
+        b.iter(|| graded_surface_of(black_box(&torus), 0..=4, &options));
+    });
     group.finish();
 }
 

@@ -12,7 +12,7 @@ pub(crate) fn edge_corners(edge: usize) -> [usize; 2] {
 }
 
 /// The edge between two corners that differ in one bit.
-fn edge_between(a: usize, b: usize) -> usize {
+pub(crate) fn edge_between(a: usize, b: usize) -> usize {
     let axis = (a ^ b).trailing_zeros() as usize;
     let m = ((a >> ((axis + 1) % 3)) & 1) | (((a >> ((axis + 2) % 3)) & 1) << 1);
     4 * axis + m
@@ -52,7 +52,7 @@ pub(crate) fn power_of_two_below(values: &[f64]) -> f64 {
 }
 
 /// The contour on a face: up to two steps from cut edge to cut edge, with f > 0 on their left seen from outside the cell.
-fn face_segments(face: usize, values: &[f64; 8]) -> impl Iterator<Item = [usize; 2]> {
+pub(crate) fn face_segments(face: usize, values: &[f64; 8]) -> impl Iterator<Item = [usize; 2]> {
     let corners = face_corners(face);
     let v = corners.map(|c| values[c]);
     let leaves = move |k: usize| v[k % 4] >= 0.0 && v[(k + 1) % 4] < 0.0;

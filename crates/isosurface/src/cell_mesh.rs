@@ -4,35 +4,34 @@
 //! face's own contour: the cell on the other side might make the same. Such chords are avoided, or broken by a new vertex
 //! inside the cell.
 
-use crate::cell::edge_faces;
 use crate::interior::Interior;
 
-/// Vertices are numbered 0 to 11 for the zero on that edge, and from 12 for new vertices inside the cell.
+/// Vertices are numbered as the edges are whose zeros they are, and from their number on for new vertices inside the cell.
 #[derive(Debug, Default)]
 pub(crate) struct CellMesh {
+    edges: usize,
     /// First guesses for the new vertices.
     pub(crate) inner: Vec<[f64; 3]>,
     pub(crate) triangles: Vec<[u8; 3]>,
 }
 
 impl CellMesh {
-    pub(crate) fn clear(&mut self) {
+    /// Fills loops that have f > 0 on their left seen from outside the cell, and nothing else. `positions` are those of the edges' zeros, and
+    /// `faces` has the bits of the faces on which each edge lies.
+    pub(crate) fn fill(&mut self, loops: &[Vec<usize>], interior: Interior, positions: &[[f64; 3]], faces: &[u8]) {
         self.inner.clear();
         self.triangles.clear();
-    }
-
-    /// Fills loops that have f > 0 on their left seen from outside the cell; `positions` are those of the edges' zeros.
-    pub(crate) fn fill(&mut self, loops: &[Vec<usize>], interior: Interior, positions: &[[f64; 3]; 12]) {
+        self.edges = positions.len();
         let in_tunnel = |index: usize| matches!(interior, Interior::Tunnel(a, b) if index == a || index == b);
         for (_, cycle) in loops.iter().enumerate().filter(|(index, _)| !in_tunnel(*index)) {
-            self.disc(cycle, positions);
+            self.disc(cycle, positions, faces);
         }
         if let Interior::Tunnel(a, b) = interior {
             self.annulus(&loops[a], &loops[b], positions);
         }
     }
 
-    fn disc(&mut self, cycle: &[usize], positions: &[[f64; 3]; 12]) {
+    fn disc(&mut self, cycle: &[usize], positions: &[[f64; 3]], faces: &[u8]) {
         let count = cycle.len();
         // Fans without forbidden chords, the one with the shortest chords.
         let fan = (0..count)
@@ -40,7 +39,7 @@ impl CellMesh {
                 let chords = (2..count - 1).map(|k| (cycle[apex], cycle[(apex + k) % count]));
                 let mut length = 0.0;
                 for (a, b) in chords {
-                    if edge_faces(a) & edge_faces(b) != 0 {
+                    if faces[a] & faces[b] != 0 {
                         return None;
                     }
                     length += distance(&positions[a], &positions[b]);
@@ -62,7 +61,7 @@ impl CellMesh {
     }
 
     /// A strip between two loops that run in opposite directions around it. Each chord across is broken by a new vertex.
-    fn annulus(&mut self, a: &[usize], b: &[usize], positions: &[[f64; 3]; 12]) {
+    fn annulus(&mut self, a: &[usize], b: &[usize], positions: &[[f64; 3]]) {
         let (n, m) = (a.len(), b.len());
         let length = |i: usize, j: usize| distance(&positions[a[i % n]], &positions[b[j % m]]);
         let pairs = (0..n).flat_map(|i| (0..m).map(move |j| (i, j)));
@@ -97,7 +96,7 @@ impl CellMesh {
 
     fn add(&mut self, position: [f64; 3]) -> u8 {
         self.inner.push(position);
-        11 + self.inner.len() as u8
+        (self.edges + self.inner.len() - 1) as u8
     }
 }
 
@@ -117,7 +116,7 @@ fn distance(a: &[f64; 3], b: &[f64; 3]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cell::{contour, edge_corners, loops};
+    use crate::cell::{contour, edge_corners, edge_faces, loops};
     use crate::interior::interior;
     use proptest::array::uniform8;
     use proptest::prelude::*;
@@ -126,13 +125,13 @@ mod tests {
     fn mesh_of(values: &[f64; 8]) -> (CellMesh, Vec<Vec<usize>>, Interior) {
         let loops = loops(&contour(values));
         let decision = interior(values, &loops);
-        let positions = std::array::from_fn(|edge| {
+        let positions: [[f64; 3]; 12] = std::array::from_fn(|edge| {
             let [a, b] = edge_corners(edge);
             let t = values[a] / (values[a] - values[b]);
             std::array::from_fn(|axis| (a >> axis & 1) as f64 + if axis == edge / 4 { t } else { 0.0 })
         });
         let mut mesh = CellMesh::default();
-        mesh.fill(&loops, decision, &positions);
+        mesh.fill(&loops, decision, &positions, &std::array::from_fn::<_, 12, _>(edge_faces));
         (mesh, loops, decision)
     }
 

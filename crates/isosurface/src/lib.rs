@@ -27,8 +27,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! A spline with levels has cells of many sizes. It is sampled on one lattice, the finest, but only in cells that the spline's
-//! bounds do not rule out:
+//! A spline with levels has cells of many sizes. It is sampled on one lattice, the finest ([`surface_of`]), or on several, where its own
+//! cells are larger ([`graded_surface_of`]), but only in cells that the spline's bounds do not rule out:
 //!
 //! ```
 //! use ndarray::ArrayD;
@@ -60,9 +60,11 @@
 //! * Where the zero set would leave the lattice it is capped a thousandth of a cell outside, and [`Report::capped`] says so.
 //! * [`surface_of`], [`curve_of`] and [`LatticeSamples::crossed`] leave out no cell that the zero set on the whole lattice
 //!   passes through: the mesh is closed, and the whole lattice's up to rounding, at a cost that grows with its area.
+//! * The mesh of [`graded_surface_of`] is closed too. Its topology is that of the multilinear interpolants in the cells and, on faces between
+//!   two sizes, of the smaller ones'; every loop on a larger cell with other loops than its own corners show bounds a disc.
 //! * The same bytes for any number of threads.
 //!
-//! A mesh can then get larger triangles where small ones are not needed: [`TriMesh::coarsen`]. A mesh or curves can be cut: [`TriMesh::clipped`] and [`Curves::clipped`] keep the part where a function of the vertices
+//! A mesh or curves can be cut: [`TriMesh::clipped`] and [`Curves::clipped`] keep the part where a function of the vertices
 //! is not positive, with a clean boundary; a manifold stays one.
 //!
 //! **Not guaranteed.**
@@ -75,7 +77,6 @@
 mod cell;
 mod cell_mesh;
 mod clip;
-mod coarsen;
 mod curve;
 mod error;
 mod function;
@@ -87,6 +88,7 @@ mod polylines;
 mod root;
 mod runs;
 mod samples;
+mod seam;
 mod surface;
 mod union_find;
 
@@ -97,4 +99,4 @@ pub use mesh::{Topology, TriMesh};
 pub use options::{Options, Report};
 pub use polylines::{CurveTopology, Curves};
 pub use samples::LatticeSamples;
-pub use surface::{surface, surface_of};
+pub use surface::{graded_surface_of, surface, surface_of};

@@ -1,6 +1,7 @@
 //! Cells or nodes of a lattice, as runs along its last axis.
 
 use rayon::prelude::*;
+use std::ops::Range;
 use zeroset_bspline::IndexSet;
 
 /// Consecutive members of a row.
@@ -39,11 +40,12 @@ impl Runs {
         all
     }
 
-    /// The members of a set.
-    pub(crate) fn of<const D: usize>(set: &IndexSet<D>) -> Self {
-        let extent = set.extent();
+    /// The members of a set, all of which lie in a part of the lattice, by their place in it.
+    pub(crate) fn of<const D: usize>(set: &IndexSet<D>, part: &[Range<u32>; D]) -> Self {
+        let extent = part.each_ref().map(|part| part.end - part.start);
         let mut found: Vec<(usize, [u32; 2])> = Vec::new();
         for index in set.iter() {
+            let index: [u32; D] = std::array::from_fn(|axis| index[axis] - part[axis].start);
             let row = (0..D - 1).fold(0, |row, axis| row * extent[axis] as usize + index[axis] as usize);
             match found.last_mut() {
                 Some((last, run)) if *last == row && run[1] == index[D - 1] => run[1] += 1,

@@ -2,6 +2,7 @@
 
 use ndarray::ArrayD;
 use rayon::prelude::*;
+use std::ops::Range;
 use zeroset_bspline::{CrossedCells, HierarchicalSpline, IndexSet};
 
 use crate::error::Error;
@@ -13,6 +14,10 @@ use crate::runs::{Run, Runs, union};
 #[derive(Debug, Clone, PartialEq)]
 pub struct LatticeSamples<const D: usize> {
     axes: [Vec<f64>; D],
+    /// Where they begin on the whole lattice's axes, of which they are a part that has all cells with their neighbours.
+    origin: [usize; D],
+    /// Nodes per axis of the whole lattice, the outer layer included.
+    whole: [usize; D],
     /// Nodes per axis, the outer layer included.
     padded: [usize; D],
     /// The cells that may hold a part of the zero set. All others have corners of one sign.
@@ -44,7 +49,8 @@ impl<const D: usize> LatticeSamples<D> {
             let first = (0..D).fold(0, |flat, axis| flat * lengths[axis] + node[axis]);
             move |k: usize| flat.get(first + k).copied()
         };
-        Self::assemble(axes, |_| &whole, row)
+        let part = lengths.map(|n| 0..n as u32 - 1);
+        Self::assemble(axes, part, |_| &whole, row)
     }
 
     /// Samples a function.
@@ -77,16 +83,24 @@ impl<const D: usize> LatticeSamples<D> {
     /// # Errors
     /// If cells become too small or too many along an axis, or values are not finite.
     pub fn crossed(spline: &HierarchicalSpline<D>, halvings: u32) -> Result<Self, Error> {
-        let CrossedCells { axes, cells, values } = spline.crossed_cells(halvings)?;
-        let cells = Runs::of(&cells);
+        Self::of_crossed_cells(spline.crossed_cells(halvings)?)
+    }
+
+    /// Takes over what a search among a spline's cells has found.
+    pub(crate) fn of_crossed_cells(found: CrossedCells<D>) -> Result<Self, Error> {
+        let CrossedCells { axes, cells, values } = found;
+        let part = part_of(&cells);
+        let cells = Runs::of(&cells, &part);
         let blocks = values.blocks();
         let set = values.set();
+        let start = part.each_ref().map(|part| part.start as usize);
         let row = |node: &[usize; D]| {
             let mut block = (usize::MAX, None);
-            let mut node = node.map(|k| k as i64);
+            let mut node: [i64; D] = std::array::from_fn(|axis| (node[axis] + start[axis]) as i64);
             // Place of the row in its blocks.
             let place = (0..D - 1).fold(0, |place, axis| place * 8 + node[axis] as usize % 8) * 8;
             move |k: usize| {
+                let k = k + start[D - 1];
                 if block.0 != k / 8 {
                     node[D - 1] = k as i64;
                     block = (k / 8, set.slot(node));
@@ -94,12 +108,13 @@ impl<const D: usize> LatticeSamples<D> {
                 block.1.and_then(|slot| blocks.get(slot * IndexSet::<D>::BLOCK + place + k % 8).copied())
             }
         };
-        Self::assemble(axes, |row| cells.row(row), row)
+        Self::assemble(axes, part, |row| cells.row(row), row)
     }
 
-    /// `cell_rows` gives the runs of cells for each row of cells, `values` the values in the row that begins at a node.
+    /// `part` says which cells of the lattice with these axes are looked at, `cell_rows` gives the runs of cells for each row of cells, `values` the values in the row that begins at a node.
     fn assemble<'a, V: FnMut(usize) -> Option<f64>>(
         axes: [Vec<f64>; D],
+        part: [Range<u32>; D],
         cell_rows: impl Fn(usize) -> &'a [Run],
         values: impl Fn(&[usize; D]) -> V,
     ) -> Result<Self, Error> {
@@ -113,6 +128,10 @@ impl<const D: usize> LatticeSamples<D> {
                 return Err(Error::Extent { axis });
             }
         }
+        let whole = axes.each_ref().map(|nodes| nodes.len() + 2);
+        let origin = part.each_ref().map(|part| part.start as usize);
+        let axes: [Vec<f64>; D] =
+            std::array::from_fn(|a| axes[a][part[a].start as usize..=part[a].end as usize].to_vec());
         let padded = axes.each_ref().map(|nodes| nodes.len() + 2);
         // A cell of the outer layer belongs with its neighbour in the lattice.
         let last = padded[D - 1] as u32 - 3;
@@ -138,7 +157,8 @@ impl<const D: usize> LatticeSamples<D> {
             }
             union(corners)
         });
-        let mut samples = Self { axes, padded, cells, nodes, values: vec![], outside: f64::MIN_POSITIVE };
+        let mut samples =
+            Self { axes, origin, whole, padded, cells, nodes, values: vec![], outside: f64::MIN_POSITIVE };
         samples.sample(values)?;
         Ok(samples)
     }
@@ -157,7 +177,7 @@ impl<const D: usize> LatticeSamples<D> {
                     let value = within.map(|value| value(k - 1).unwrap_or(f64::NAN));
                     if value.is_some_and(|v| !v.is_finite()) {
                         node[D - 1] = k;
-                        return Err(Error::NotFinite(node.map(|k| k - 1).to_vec()));
+                        return Err(Error::NotFinite(self.on_whole(&node).map(|k| k - 1).to_vec()));
                     }
                     self.outside = value.map_or(self.outside, |v| self.outside.max(v.abs()));
                     all.push(value.unwrap_or(f64::INFINITY));
@@ -195,6 +215,26 @@ impl<const D: usize> LatticeSamples<D> {
         self.nodes.find(row, node[D - 1] as u32).map_or(self.outside, |index| self.values[index])
     }
 
+    /// Nodes per axis of the whole lattice, the outer layer included.
+    pub(crate) fn whole(&self) -> [usize; D] {
+        self.whole
+    }
+
+    /// The place of a node or a cell of the padded lattice on the whole one.
+    pub(crate) fn on_whole(&self, place: &[usize; D]) -> [usize; D] {
+        std::array::from_fn(|axis| place[axis] + self.origin[axis])
+    }
+
+    /// The number of the node at a place of the whole lattice, if it is the corner of a cell.
+    pub(crate) fn node_at(&self, place: &[usize; D]) -> Option<usize> {
+        find(&self.nodes, place, &self.origin, &self.padded)
+    }
+
+    /// The number of the cell at a place of the whole lattice, if it may hold a part of the zero set.
+    pub(crate) fn cell_at(&self, place: &[usize; D]) -> Option<usize> {
+        find(&self.cells, place, &self.origin, &self.padded.map(|n| n - 1))
+    }
+
     /// Whether a node belongs to the layer around the lattice.
     pub(crate) fn is_outer(&self, node: &[usize; D]) -> bool {
         self.is_outer_row(node) || node[D - 1] == 0 || node[D - 1] + 1 == self.padded[D - 1]
@@ -216,6 +256,27 @@ impl<const D: usize> LatticeSamples<D> {
             }
         })
     }
+}
+
+/// The number of a member of a part of a lattice, given its place on the whole.
+fn find<const D: usize>(members: &Runs, place: &[usize; D], origin: &[usize; D], shape: &[usize; D]) -> Option<usize> {
+    let mut row = 0;
+    for axis in 0..D - 1 {
+        row = row * shape[axis] + place[axis].checked_sub(origin[axis]).filter(|k| *k < shape[axis])?;
+    }
+    members.find(row, place[D - 1].checked_sub(origin[D - 1])? as u32)
+}
+
+/// The part of a lattice that has all cells of a set, and one more around them unless the lattice ends there.
+fn part_of<const D: usize>(cells: &IndexSet<D>) -> [Range<u32>; D] {
+    let extent = cells.extent();
+    let (mut first, mut last) = (extent.map(|n| n - 1), [0; D]);
+    for start in (0..cells.block_count()).map(|slot| cells.block_start(slot)) {
+        first = std::array::from_fn(|axis| first[axis].min(start[axis]));
+        last = std::array::from_fn(|axis| last[axis].max(start[axis]));
+    }
+    // Blocks have eight cells along each axis. An empty set has a cell all the same.
+    std::array::from_fn(|axis| first[axis].saturating_sub(1)..(last[axis].max(first[axis]) + 9).min(extent[axis]))
 }
 
 /// Rows of a lattice along its last axis.

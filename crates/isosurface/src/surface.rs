@@ -1,9 +1,10 @@
 //! From samples to a triangle mesh.
 
 use rayon::prelude::*;
+use std::ops::RangeInclusive;
 use zeroset_bspline::HierarchicalSpline;
 
-use crate::cell::{contour, edge_corners, loops};
+use crate::cell::{contour, edge_corners, edge_faces, loops};
 use crate::cell_mesh::CellMesh;
 use crate::error::Error;
 use crate::function::ImplicitFunction;
@@ -12,6 +13,7 @@ use crate::mesh::TriMesh;
 use crate::options::{Options, Report};
 use crate::root::{Zero, near, on_segment};
 use crate::samples::LatticeSamples;
+use crate::seam::{self, CutEdge, Seam};
 
 /// Extracts the zero set. With a function its vertices are moved onto `f = 0` and get `∇f / ‖∇f‖` as normals; without, they
 /// come from linear interpolation and the triangles. Where the zero set leaves the lattice it is closed by a cap a
@@ -24,17 +26,37 @@ pub fn surface(
     function: Option<&impl ImplicitFunction<3>>,
     options: &Options,
 ) -> Result<(TriMesh, Report), Error> {
+    graded(std::slice::from_ref(samples), function, options)
+}
+
+/// As [`surface`], with cells of several sizes, each half as large as the next; the smallest come first.
+pub(crate) fn graded(
+    sizes: &[LatticeSamples<3>],
+    function: Option<&impl ImplicitFunction<3>>,
+    options: &Options,
+) -> Result<(TriMesh, Report), Error> {
     // The layer around the lattice is outside.
-    if samples.values().par_iter().all(|value| *value >= 0.0) {
+    if sizes.iter().all(|samples| samples.values().par_iter().all(|value| *value >= 0.0)) {
         return Err(Error::Empty);
     }
-    let grid = Grid { samples, shape: samples.shape() };
-    let layers: Vec<Vec<(usize, Vertex)>> =
-        (0..grid.shape[0]).into_par_iter().map(|i| grid.cut_edges(i, function, options)).collect();
-    let (keys, mut vertices): (Vec<usize>, Vec<Vertex>) = layers.into_iter().flatten().unzip();
-
-    let parts: Vec<Part> =
-        (0..grid.shape[0] - 1).into_par_iter().map(|i| grid.cells(i, &keys, &vertices, function, options)).collect();
+    let mut vertices: Vec<Vertex> = vec![];
+    let mut zeros: Vec<Zeros> = Vec::with_capacity(sizes.len());
+    for samples in sizes {
+        let grid = Grid { samples, shape: samples.shape(), finer: zeros.last() };
+        let layers: Vec<Vec<(usize, Vertex)>> =
+            (0..grid.shape[0]).into_par_iter().map(|i| grid.cut_edges(i, function, options)).collect();
+        let first = vertices.len();
+        let (keys, found): (Vec<usize>, Vec<Vertex>) = layers.into_iter().flatten().unzip();
+        vertices.extend(found);
+        zeros.push(Zeros { samples, keys, first });
+    }
+    let mut parts: Vec<Part> = vec![];
+    for (size, samples) in sizes.iter().enumerate() {
+        let finer = size.checked_sub(1).map(|finer| &zeros[finer]);
+        let grid = Grid { samples, shape: samples.shape(), finer };
+        let layers = (0..grid.shape[0] - 1).into_par_iter();
+        parts.par_extend(layers.map(|i| grid.cells(i, &zeros[size], &vertices, function, options)));
+    }
     let inner: usize = parts.iter().map(|part| part.inner.len()).sum();
     if vertices.len() + inner > INNER as usize {
         return Err(Error::TooLarge);
@@ -71,6 +93,39 @@ pub fn surface_of(
     surface(&LatticeSamples::crossed(spline, halvings)?, Some(spline), options)
 }
 
+/// Extracts the zero set of a spline as [`surface_of`] does, on the cells of a [`HierarchicalSpline::grading`]: larger where the function's own
+/// are, so that the cost grows with the number of these. Where the zero set may leave the box all cells are as small as the range's end says.
+///
+/// On a face between cells of two sizes the contour is the smaller ones'. Where these show two zeros on an edge, and larger ones beside it
+/// have no smaller neighbour on the face between them that would say how to go on from there, the larger ones are halved too.
+///
+/// # Errors
+/// As [`surface_of`].
+pub fn graded_surface_of(
+    spline: &HierarchicalSpline<3>,
+    halvings: RangeInclusive<u32>,
+    options: &Options,
+) -> Result<(TriMesh, Report), Error> {
+    let finest = *halvings.end();
+    let mut grading = spline.grading(halvings);
+    for _ in 0..MOST_DIVISIONS {
+        let Some(sizes) = spline.graded_cells(&grading)? else { break };
+        let sizes = sizes.into_iter().map(LatticeSamples::of_crossed_cells).collect::<Result<Vec<_>, _>>()?;
+        let unclear: Vec<Vec<[u32; 3]>> =
+            sizes.windows(2).map(|pair| seam::unclear_cells(&pair[1], &pair[0])).collect();
+        if unclear.iter().all(Vec::is_empty) {
+            return graded(&sizes, Some(spline), options);
+        }
+        for (size, cells) in unclear.iter().enumerate() {
+            grading.divide(grading.finest() - 1 - size, cells);
+        }
+    }
+    surface_of(spline, finest, options)
+}
+
+/// Larger cells are halved for what smaller ones show so often, before all are made as small: each time a few, of those that were halved before.
+const MOST_DIVISIONS: usize = 8;
+
 /// Numbers above this are inner vertices of a layer, counted down from `u32::MAX` until their place is known.
 const INNER: u32 = u32::MAX / 2;
 
@@ -89,9 +144,28 @@ struct Part {
     report: Report,
 }
 
+/// The zeros on the edges of one lattice.
+struct Zeros<'a> {
+    samples: &'a LatticeSamples<3>,
+    /// Three times the number of each edge's lower node, plus its axis, in ascending order.
+    keys: Vec<usize>,
+    /// The first one's vertex, which the others' follow.
+    first: usize,
+}
+
+impl Zeros<'_> {
+    /// The vertex on an edge, given its lower node's place on the whole lattice, and its axis.
+    fn on(&self, node: &[usize; 3], axis: usize) -> Option<usize> {
+        let key = 3 * self.samples.node_at(node)? + axis;
+        self.keys.binary_search(&key).ok().map(|at| self.first + at)
+    }
+}
+
 struct Grid<'a> {
     samples: &'a LatticeSamples<3>,
     shape: [usize; 3],
+    /// Cells half as large, which may be beside this lattice's.
+    finer: Option<&'a Zeros<'a>>,
 }
 
 impl Grid<'_> {
@@ -126,6 +200,10 @@ impl Grid<'_> {
                         };
                         let Some(other) = other.filter(|other| (values[*other] < 0.0) != inside) else { continue };
                         let node = [i, j, k as usize];
+                        let on_whole = self.samples.on_whole(&node);
+                        if self.finer.is_some_and(|finer| seam::is_split(finer.samples, on_whole, axis)) {
+                            continue;
+                        }
                         let vertex = self.zero(node, axis, [values[number], values[other]], function, options);
                         cut.push((3 * number + axis, vertex));
                     }
@@ -165,13 +243,15 @@ impl Grid<'_> {
     fn cells(
         &self,
         i: usize,
-        keys: &[usize],
+        zeros: &Zeros,
         vertices: &[Vertex],
         function: Option<&impl ImplicitFunction<3>>,
         options: &Options,
     ) -> Part {
         let mut part = Part::default();
         let mut mesh = CellMesh::default();
+        let faces: [u8; 12] = std::array::from_fn(edge_faces);
+        let keys = &zeros.keys;
         let (nodes, values_at) = (self.samples.nodes(), self.samples.values());
         // All edges of this layer's cells begin in these two layers of nodes.
         let lowest = 3 * nodes.before(self.row(i, 0));
@@ -180,7 +260,7 @@ impl Grid<'_> {
         let last = keys.partition_point(|&key| key < beyond);
         let mut vertex_of = vec![0u32; beyond - lowest];
         for (at, &key) in keys.iter().enumerate().take(last).skip(first) {
-            vertex_of[key - lowest] = at as u32;
+            vertex_of[key - lowest] = (zeros.first + at) as u32;
         }
         for j in 0..self.shape[1] - 1 {
             for run in self.samples.cells().row(i * (self.shape[1] - 1) + j) {
@@ -192,27 +272,54 @@ impl Grid<'_> {
                     let step = (k - run.from) as usize;
                     let number = |c: usize| rows[c & 3] + step + (c >> 2);
                     let values: [f64; 8] = std::array::from_fn(|c| values_at[number(c)]);
+                    let cell = self.samples.on_whole(&[i, j, k as usize]);
+                    let seam = self.finer.and_then(|finer| Some((finer, Seam::of(finer.samples, cell, &values)?)));
                     let inside = values[0] < 0.0;
-                    if values.iter().all(|value| (*value < 0.0) == inside) {
+                    if seam.is_none() && values.iter().all(|value| (*value < 0.0) == inside) {
                         continue;
                     }
                     let corner = |c: usize| [i + (c & 1), j + (c >> 1 & 1), k as usize + (c >> 2)];
-                    let next = contour(&values);
-                    let cycles = loops(&next);
-                    let decision = interior(&values, &cycles);
+                    let own = |edge: usize| vertex_of[3 * number(edge_corners(edge)[0]) + edge / 4 - lowest];
+                    let place = |vertex: u32| vertices[vertex as usize].zero.position;
+                    let (cycles, decision);
+                    let mut index = [0u32; 12];
+                    let seam_index: Vec<u32>;
+                    let index: &[u32] = match seam {
+                        None => {
+                            let next = contour(&values);
+                            cycles = loops(&next);
+                            decision = interior(&values, &cycles);
+                            let mut positions = [[0.0; 3]; 12];
+                            for edge in (0..12).filter(|&edge| next[edge].is_some()) {
+                                index[edge] = own(edge);
+                                positions[edge] = place(index[edge]);
+                            }
+                            mesh.fill(&cycles, decision, &positions, &faces);
+                            &index
+                        }
+                        Some((finer, seam)) => {
+                            cycles = seam.loops();
+                            decision = seam.interior(&values, &cycles);
+                            #[expect(
+                                clippy::expect_used,
+                                reason = "both lattices have a vertex on every edge with a change of sign"
+                            )]
+                            let vertex = |edge: &CutEdge| match edge {
+                                CutEdge::Own(edge) => own(*edge),
+                                CutEdge::Finer(node, axis) => finer.on(node, *axis).expect("a zero") as u32,
+                            };
+                            seam_index = seam.edges.iter().map(vertex).collect();
+                            let positions: Vec<[f64; 3]> = seam_index.iter().map(|v| place(*v)).collect();
+                            mesh.fill(&cycles, decision, &positions, &seam.faces());
+                            &seam_index
+                        }
+                    };
+                    if cycles.is_empty() {
+                        continue;
+                    }
                     part.report.cells += 1;
                     part.report.ambiguous += usize::from(matches!(decision, Interior::Tunnel(..)));
                     part.report.unclear += usize::from(decision == Interior::Unclear);
-
-                    let mut index = [0u32; 12];
-                    let mut positions = [[0.0; 3]; 12];
-                    for edge in (0..12).filter(|&edge| next[edge].is_some()) {
-                        let key = 3 * number(edge_corners(edge)[0]) + edge / 4;
-                        index[edge] = vertex_of[key - lowest];
-                        positions[edge] = vertices[index[edge] as usize].zero.position;
-                    }
-                    mesh.clear();
-                    mesh.fill(&cycles, decision, &positions);
                     let base = part.inner.len() as u32;
                     let ends = [corner(0), corner(7)].map(|node| self.samples.position(&node));
                     let capped = (0..8).any(|c| self.samples.is_outer(&corner(c)));
@@ -223,9 +330,11 @@ impl Grid<'_> {
                         };
                         Vertex { zero, capped }
                     }));
-                    let place =
-                        |v: u8| if v < 12 { index[usize::from(v)] } else { u32::MAX - (base + u32::from(v) - 12) };
-                    part.triangles.extend(mesh.triangles.iter().map(|triangle| triangle.map(place)));
+                    let vertex = |v: u8| match usize::from(v).checked_sub(index.len()) {
+                        None => index[usize::from(v)],
+                        Some(inner) => u32::MAX - (base + inner as u32),
+                    };
+                    part.triangles.extend(mesh.triangles.iter().map(|triangle| triangle.map(vertex)));
                 }
             }
         }

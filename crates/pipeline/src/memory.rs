@@ -42,9 +42,10 @@ const DENSE_KEPT: f64 = 30.0;
 const ACTIVE: f64 = 450.0;
 /// Per active function of the levels above it: corrections, and the function's own field.
 const KEPT: f64 = 50.0;
-/// Per cell of the finest level that the zero set crosses, or of those that it is extracted on where these are few: candidates
-/// around it with their values, a vertex, two triangles, and their topology.
+/// Per cell that the zero set is extracted on: candidates around it with their values, a vertex, two triangles, and their topology.
 const CROSSED: f64 = 400.0;
+/// Active functions of a level to each of its cells that the zero set crosses, at the least: 3.2 to 3.8 on closed surfaces.
+const ACTIVE_PER_CROSSED: f64 = 3.0;
 /// Per entry of a Cholesky factor: itself, and part of what it is made in.
 const FACTOR: f64 = 10.0;
 /// The same where two are kept while a third is made, as in the paper's topology stage.
@@ -144,12 +145,28 @@ impl Counts {
         let kept = |count: usize| DENSE_KEPT * self.dense + KEPT * used[..count].iter().sum::<usize>() as f64;
         let ladder = LADDER * self.ladder + FACTORS * self.factor + LADDER_POINT * self.points.min(2 * ENOUGH) as f64;
         let dense = self.dense * if self.dense_refined { DENSE_REFINED } else { DENSE };
-        let crossed = self.crossed * self.growth.powi(levels as i32);
+        let crossed = self.crossed_with(levels);
         // Where these are few they are mostly halved up to twice.
         let marched = crossed.max((crossed * self.growth.powi(2)).min(MANY_FOR_SAG));
         let extraction = kept(used.len()) + CROSSED * marched;
         let refinement = (0..used.len()).map(|level| kept(level) + ACTIVE * used[level] as f64);
         (PROGRAM + POINT * self.points as f64 + refinement.fold(ladder.max(dense).max(extraction), f64::max)) as u64
+    }
+
+    /// Cells that the zero set is extracted on with so many levels: those of the finest two are as small as the finest, of the others half as
+    /// large as their own.
+    fn crossed_with(&self, levels: usize) -> f64 {
+        let of = |level: usize| {
+            let all = self.crossed * self.growth.powi(level as i32);
+            self.active.get(level).map_or(all, |active| all.min(*active as f64 / ACTIVE_PER_CROSSED))
+        };
+        let coarser = levels.saturating_sub(1);
+        // In the plane all are as small.
+        if coarser == 0 || self.growth < 4.0 {
+            return self.crossed * self.growth.powi(levels as i32);
+        }
+        let only = (0..coarser).map(|level| (of(level) - of(level + 1) / self.growth).max(0.0));
+        self.growth * (of(coarser) + only.sum::<f64>())
     }
 
     /// As many levels as fit.
@@ -201,12 +218,14 @@ pub fn memory_limit(wanted: Option<u64>) -> Option<u64> {
     wanted.or_else(|| free().map(|free| (SHARE * free as f64) as u64))
 }
 
-/// Bytes needed to extract the zero set of a function on the cells of its dense lattice halved so often, as estimated from its
-/// bounds.
+/// Bytes needed to extract the zero set of a function on cells at least as small as those of its dense lattice halved so often, as estimated
+/// from its bounds; in space on no smaller ones than it takes ([`HierarchicalSpline::grading`]).
 pub fn extraction_need<const D: usize>(spline: &HierarchicalSpline<D>, halvings: u32) -> u64 {
     // Bounds keep more cells than the zero set crosses, which is on the safe side.
     let leaves = spline.leaf_cells(|leaf| leaf.lower < 0.0 && leaf.upper >= 0.0);
-    let parts = |level: usize| 2.0_f64.powi((D as i32 - 1) * (halvings as i32 - level as i32).max(0));
+    let finest = spline.levels().len();
+    let own = |level: usize| if D == 3 { finest.min(level + 1) } else { finest };
+    let parts = |level: usize| 2.0_f64.powi((D as i32 - 1) * (own(level).max(halvings as usize) - level) as i32);
     let crossed: f64 = leaves.iter().map(|leaf| parts(leaf.level)).sum();
     (PROGRAM + CROSSED * crossed) as u64
 }
@@ -256,6 +275,19 @@ mod tests {
         assert!(warning.contains("up to 256 along") && warning.contains("in place of 512"), "{warning}");
         let error = counts.within(Some(1 << 20)).unwrap_err();
         assert!(error.is_option() && error.to_string().contains("only 1 MiB may be used"), "{error}");
+    }
+
+    #[test]
+    fn cells_are_as_small_as_the_finest_only_where_it_is() {
+        // Few points want the finest levels.
+        let even = Counts { active: vec![300_000, 1_200_000, 4_800_000, 19_200_000], ..counts() };
+        assert_eq!(even.crossed_with(3), 77_000.0 * 64.0);
+        let uneven = Counts { active: vec![300_000, 30_000, 30_000, 30_000], ..even.clone() };
+        // Nearly all on the dense lattice's cells, halved once.
+        let most = 4.0 * 77_000.0;
+        assert!((most..1.2 * most).contains(&uneven.crossed_with(3)), "{}", uneven.crossed_with(3));
+        let plane = Counts { growth: 2.0, ..uneven };
+        assert_eq!(plane.crossed_with(3), 77_000.0 * 8.0);
     }
 
     #[test]

@@ -111,8 +111,8 @@ fn a_dense_place_does_not_stand_for_all() {
     let what = format!("{topology:?}, {:?} {:?}", result.report.warnings, result.report.doubt);
     assert!(topology.closed && topology.components == 1 && topology.genus == 1, "{what}");
     assert!(result.report.warnings.is_empty() && result.report.doubt.is_none(), "{what}");
-    // Found 11 700.
-    assert!(mesh.vertices.len() < 20_000, "{}", mesh.vertices.len());
+    // Found 55 500, for cells half as large as the function's own. Were less taken for the area these would be halved again, to four times as many.
+    assert!(mesh.vertices.len() < 80_000, "{}", mesh.vertices.len());
     let calibration = result.report.trust.judgement.calibration;
     assert!((calibration - 1.0).abs() < 0.25, "what the points stand for is the area: {calibration}");
 }

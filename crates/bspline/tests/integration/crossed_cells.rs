@@ -99,6 +99,88 @@ proptest! {
     }
 }
 
+/// The same with f > 0 at the box's faces.
+fn walled<const D: usize>(seed: u64, shift: f64) -> HierarchicalSpline<D> {
+    let f = hierarchy::<D>(seed, shift);
+    let shape = f.root().shape().to_vec();
+    let is_wall = |mut flat: usize| {
+        shape.iter().rev().any(|n| {
+            let k = flat % n;
+            flat /= n;
+            k < 3 || k + 3 >= *n
+        })
+    };
+    let root = f.root().as_flat().iter().enumerate().map(|(flat, c)| if is_wall(flat) { 20.0 } else { *c }).collect();
+    let root = Spline::from_flat(f.root().knots().clone(), root).unwrap();
+    let levels = f.levels().iter().map(|level| (Arc::clone(level.active()), level.corrections().to_vec()));
+    HierarchicalSpline::with_levels(root, levels.collect::<Vec<_>>()).unwrap()
+}
+
+/// Cells of several sizes, of which some are divided further.
+fn check_graded<const D: usize>(f: &HierarchicalSpline<D>, halvings: u32, more: bool) -> Result<usize, TestCaseError> {
+    let mut grading = f.grading(0..=halvings);
+    if more && let Some(sizes) = f.graded_cells(&grading).unwrap() {
+        let largest: Vec<[u32; D]> = sizes[sizes.len() - 1].cells.iter().take(1).collect();
+        grading.divide(grading.finest() + 1 - sizes.len(), &largest);
+    }
+    let Some(sizes) = f.graded_cells(&grading).unwrap() else { return Ok(0) };
+    let whole = f.crossed_cells(halvings).unwrap();
+    for (i, size) in sizes.iter().enumerate() {
+        for node in size.values.set().iter() {
+            let value = value_at(size, node).unwrap();
+            let x = std::array::from_fn(|a| size.axes[a][node[a] as usize]);
+            // As above, of coefficients up to 20.
+            prop_assert!((value - f.value(&x)).abs() < 1e-13);
+            // The smallest come first.
+            let finer = i.checked_sub(1).and_then(|finer| value_at(&sizes[finer], node.map(|k| 2 * k)));
+            prop_assert!(finer.is_none_or(|finer| finer == value), "one value for all sizes");
+        }
+        // From one place before the cells to one after, on lattices of half the spacing or less.
+        for cell in size.cells.iter() {
+            for (j, smaller) in sizes[..i].iter().enumerate() {
+                let side = 1u32 << (i - j);
+                let around = |place: [u32; D]| std::array::from_fn(|a| (cell[a] * side + place[a]).wrapping_sub(1));
+                for place in indices([side + 2; D]) {
+                    let touches = (0..D).any(|a| place[a] == 0 || place[a] == side + 1);
+                    let is_there = smaller.cells.contains(around(place));
+                    prop_assert!(!is_there || (touches && j + 1 == i), "sizes {} and {} at {:?}", i, j, cell);
+                }
+            }
+        }
+    }
+    // No cell that the zero set passes through is left out.
+    for cell in whole.cells.iter() {
+        let corner = |c: u32| value_at(&whole, std::array::from_fn(|a| cell[a] + (c >> a & 1))).unwrap();
+        let inside = corner(0) < 0.0;
+        if (1..1 << D).any(|c| (corner(c) < 0.0) != inside) {
+            prop_assert!(sizes.iter().enumerate().any(|(i, size)| size.cells.contains(cell.map(|k| k >> i))));
+        }
+    }
+    Ok(sizes[1..].iter().map(|size| size.cells.len()).sum())
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(12))]
+
+    #[test]
+    fn cells_of_several_sizes_fit_together(seed in 0u64..1000, shift in -0.5..0.5f64, more in 0u32..2, divided: bool) {
+        // Of two levels there are two sizes, or three where the finest's cells are halved.
+        check_graded(&walled::<2>(seed, shift), 2 + more, divided)?;
+        check_graded(&walled::<3>(seed, shift), 2 + more, divided)?;
+    }
+}
+
+#[test]
+fn larger_cells_are_found_where_the_function_has_them() {
+    let counts = [3, 4, 5].map(|seed| check_graded(&walled::<3>(seed, 0.0), 2, false).unwrap());
+    assert!(counts.iter().all(|count| *count > 0), "{counts:?}");
+    // None larger than asked for.
+    let f = walled::<3>(3, 0.0);
+    assert_eq!(f.graded_cells(&f.grading(2..=2)).unwrap(), Some(vec![f.crossed_cells(2).unwrap()]));
+    // Where f < 0 at the box's faces there is a cap, which is as thick everywhere.
+    assert_eq!(hierarchy::<3>(3, 0.0).graded_cells(&hierarchy::<3>(3, 0.0).grading(0..=2)).unwrap(), None);
+}
+
 #[test]
 fn where_f_jumps_no_cell_is_left_out() {
     let jump = KnotVector::new(1, vec![0.0, 1.0, 2.0, 2.0, 3.0, 4.0]).unwrap();

@@ -6,7 +6,7 @@ use ndarray::ArrayD;
 use proptest::prelude::*;
 use zeroset_bspline::{BandError, CellBand, HierarchicalSpline, KnotVector, Spline};
 use zeroset_isosurface::{
-    Curves, Error, LatticeSamples, Options, Report, TriMesh, curve, curve_of, surface, surface_of,
+    Curves, Error, LatticeSamples, Options, Report, TriMesh, curve, curve_of, graded_surface_of, surface, surface_of,
 };
 
 /// Numbers between −1 and 1 that look random.
@@ -166,6 +166,51 @@ proptest! {
     }
 }
 
+/// A spline of random numbers, rounded to so many steps if any, with small cells around some points, that is positive at the box's faces.
+fn walled(
+    cells: [usize; 3],
+    shift: f64,
+    seed: u64,
+    points: &[([f64; 3], u8)],
+    steps: Option<f64>,
+) -> HierarchicalSpline<3> {
+    let spline = random(cells, shift, seed, points);
+    let rounded = |c: f64| steps.map_or(c, |steps| (steps * c).round());
+    let shape = spline.root().shape();
+    let wall = |flat: usize| {
+        let k = [flat / shape[2] / shape[1], flat / shape[2] % shape[1], flat % shape[2]];
+        (0..3).any(|a| k[a] < 4 || k[a] + 4 >= shape[a])
+    };
+    let root = spline.root().as_flat().iter().enumerate().map(|(flat, c)| if wall(flat) { 30.0 } else { rounded(*c) });
+    let root = Spline::from_flat(spline.root().knots().clone(), root.collect()).unwrap();
+    let levels = spline.levels().iter().map(|level| {
+        let corrections = level.corrections().iter().map(|c| 0.5 * rounded(*c)).collect();
+        (Arc::clone(level.active()), corrections)
+    });
+    HierarchicalSpline::with_levels(root, levels.collect::<Vec<_>>()).unwrap()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    #[test]
+    fn cells_of_several_sizes_leave_no_hole(
+        inner in proptest::collection::vec((proptest::array::uniform3(0.3..0.7f64), 1u8..=4), 1..4),
+        shift in -0.4..0.4f64, seed in 0u64..1000, steps in 0usize..3, more in 0u32..2,
+    ) {
+        let steps = [None, Some(1.5), Some(4.0)][steps];
+        let spline = walled([13, 12, 14], shift, seed, &inner, steps);
+        let halvings = spline.levels().len() as u32 + more;
+        let (mesh, report) = match graded_surface_of(&spline, 0..=halvings, &Options::default()) {
+            Ok(found) => found,
+            Err(error) => { prop_assert_eq!(error, Error::Empty); return Ok(()) }
+        };
+        let topology = mesh.topology();
+        prop_assert!(topology.closed, "{:?}", topology);
+        prop_assert_eq!(report.capped, 0);
+    }
+}
+
 /// |x|² − r² on [−1, 1]³ as a uniform spline: products of the blossom of x² at each basis function's inner knots.
 fn sphere(degree: usize, cells: usize, radius: f64) -> Spline<3> {
     let knots = KnotVector::uniform(degree, -1.0, 2.0 / cells as f64, cells).unwrap();
@@ -206,6 +251,17 @@ fn a_sphere_with_levels_on_a_part_of_it() {
         let (mesh, report) = surface_of(&spline, halvings, &Options::default()).unwrap();
         is_a_sphere(&mesh, 0.8, 2.0 / 9.0 / f64::from(1 << halvings));
         assert_eq!((report.capped, report.unreached), (0, 0));
+    }
+    for halvings in [3, 4] {
+        let (mesh, report) = graded_surface_of(&spline, 0..=halvings, &Options::default()).unwrap();
+        // Where it has no levels the dense lattice's cells are halved.
+        is_a_sphere(&mesh, 0.8, 1.0 / 9.0);
+        let (_, all) = surface_of(&spline, halvings, &Options::default()).unwrap();
+        assert!(2 * report.cells < all.cells, "{} of {}", report.cells, all.cells);
+        assert_eq!((report.capped, report.unreached), (0, 0));
+        // No larger ones where none are wanted, and of one size the same as ever.
+        let same = graded_surface_of(&spline, halvings..=halvings, &Options::default());
+        assert!(same == surface_of(&spline, halvings, &Options::default()));
     }
     // Never coarser than the finest level.
     assert!(surface_of(&spline, 0, &Options::default()) == surface_of(&spline, 3, &Options::default()));
@@ -261,6 +317,17 @@ fn the_bytes_do_not_depend_on_threads() {
         assert!(report.cells > 1000 && report.capped > 0 && (halvings > 0 || report.ambiguous > 0));
         assert!(run(3) == one);
     }
+}
+
+#[test]
+fn the_bytes_do_not_depend_on_threads_with_cells_of_several_sizes() {
+    let inner = [([0.4, 0.5, 0.6], 4), ([0.6, 0.4, 0.5], 3)];
+    let spline = walled([13, 12, 14], 0.0, 6, &inner, None);
+    let run = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| graded_surface_of(&spline, 0..=4, &Options::default()).unwrap())
+    };
+    assert!(run(1) == run(3));
 }
 
 #[test]

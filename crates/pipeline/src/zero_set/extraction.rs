@@ -17,9 +17,6 @@ use crate::topology::fragile;
 use crate::trust::{and_others, place, shape_name};
 use crate::zero_set::marching::marching_halvings;
 
-/// Edges of a mesh are up to so many cells long.
-const LONGEST: f64 = 1.5;
-
 /// A component with less area than so many of the points around it stand for is a speck.
 const SPECK: f64 = 50.0;
 
@@ -38,7 +35,7 @@ const NEWTON_STEPS: usize = 4;
 pub fn extract_surface(reconstruction: &mut Reconstruction<3>) -> Result<(TriMesh, Topology), ReconstructError> {
     let start = Instant::now();
     let halvings = marching_halvings(reconstruction);
-    let (mut mesh, found) = isosurface::surface_of(&reconstruction.spline, halvings, &Default::default())?;
+    let (mut mesh, found) = isosurface::graded_surface_of(&reconstruction.spline, halvings, &Default::default())?;
     let points = reconstruction.fitted();
     let support = Support::new(&points, &reconstruction.spacing);
     if reconstruction.open {
@@ -62,7 +59,6 @@ pub fn extract_surface(reconstruction: &mut Reconstruction<3>) -> Result<(TriMes
     }
     let uncovered = uncovered(&points, &mesh.vertices, &nearest, 2.0 * reconstruction.spacing.typical);
     let parts = mesh.component_sums(&shares(&mesh, &support, &nearest));
-    match_cells(&reconstruction.spline, reconstruction.domain.spacing(reconstruction.halvings + halvings), &mut mesh);
     let frame = reconstruction.frame;
     for vertex in &mut mesh.vertices {
         *vertex = frame.to_data(vertex);
@@ -109,7 +105,7 @@ pub fn extract_surface(reconstruction: &mut Reconstruction<3>) -> Result<(TriMes
 pub fn extract_curve(reconstruction: &mut Reconstruction<2>) -> Result<(Curves, CurveTopology), ReconstructError> {
     let start = Instant::now();
     let halvings = marching_halvings(reconstruction);
-    let (mut curves, found) = isosurface::curve_of(&reconstruction.spline, halvings, &Default::default())?;
+    let (mut curves, found) = isosurface::curve_of(&reconstruction.spline, *halvings.end(), &Default::default())?;
     let points = reconstruction.fitted();
     let support = Support::new(&points, &reconstruction.spacing);
     if reconstruction.open {
@@ -243,18 +239,6 @@ fn handle_warning(
 fn is_doubtful<const D: usize>(reconstruction: &Reconstruction<D>) -> bool {
     let (input, scale) = (&reconstruction.report.input, reconstruction.frame.scale);
     fragile::is_doubtful(&reconstruction.spline, input.noise * scale, input.spacing * scale)
-}
-
-/// Gives a mesh that was extracted on cells of a certain side larger triangles where the function's own cells are larger than
-/// its finest ones: where the points are farther apart.
-fn match_cells(spline: &HierarchicalSpline<3>, side: f64, mesh: &mut TriMesh) {
-    let finest = spline.levels().len();
-    let length = |vertex: &[f64; 3]| match spline.level_at(vertex) {
-        Some(level) if level < finest => LONGEST * side * f64::from(1u32 << (finest - level)),
-        _ => 0.0,
-    };
-    let longest: Vec<f64> = mesh.vertices.par_iter().map(length).collect();
-    mesh.coarsen(&longest);
 }
 
 /// Moves the vertices from the first one on to f = 0 and gives them their normals, in the frame.

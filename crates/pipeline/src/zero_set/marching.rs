@@ -1,6 +1,7 @@
 //! The cells that the zero set is extracted on.
 
 use rayon::prelude::*;
+use std::ops::RangeInclusive;
 use zeroset_bspline::Derivatives;
 
 use crate::reconstruct::Reconstruction;
@@ -20,17 +21,23 @@ const SAG: f64 = 0.002;
 /// So are those that leave it by less than this share of the noise.
 const SAG_IN_NOISE: f64 = 0.05;
 
-/// From the dense lattice's cells to those that the zero set is extracted on: the finest of the spline, halved once more if
-/// chords over them would show or the mesh stays small, and again while chords leave the surface by more than the points tell
-/// of it.
-pub(crate) fn marching_halvings<const D: usize>(reconstruction: &Reconstruction<D>) -> u32 {
+/// From the dense lattice's cells to those that the zero set is extracted on: the largest, over which chords do not show, and the smallest. These
+/// are the finest of the spline, halved once more if chords over them would show or the mesh stays small, and again while chords leave the
+/// surface by more than the points tell of it.
+pub(crate) fn marching_halvings<const D: usize>(reconstruction: &Reconstruction<D>) -> RangeInclusive<u32> {
     let longest = reconstruction.domain.cells(reconstruction.halvings).into_iter().max().unwrap_or(0);
     let levels = reconstruction.spline.levels().len() as u32;
     let cell = |halvings: u32| reconstruction.domain.spacing(reconstruction.halvings + halvings);
     let (input, scale) = (&reconstruction.report.input, reconstruction.frame.scale);
     let spacing = input.spacing * scale;
-    let vertices = |halvings: u32| CUT * reconstruction.spacing.extent() / cell(halvings).powi(D as i32 - 1);
     let refined = reconstruction.initial.is_some();
+    let extents = if refined { extents(reconstruction) } else { vec![] };
+    let vertices = |halvings: u32| -> f64 {
+        // Cells are larger where the spline's are, but half as large as these at the most; in the plane they are not.
+        let of = |level: u32| if D == 3 { halvings.min(level + (halvings - levels).max(1)) } else { halvings };
+        let crossed = |(level, extent): (u32, &f64)| CUT * extent / cell(of(level)).powi(D as i32 - 1);
+        (0..).zip(&extents).map(crossed).sum()
+    };
     let mut halvings = levels + u32::from(longest << levels < FINE_ENOUGH || (refined && vertices(levels + 1) < MANY));
     if refined && vertices(halvings + 1) < MANY_FOR_SAG {
         let curvature = typical_curvature(reconstruction);
@@ -39,7 +46,20 @@ pub(crate) fn marching_halvings<const D: usize>(reconstruction: &Reconstruction<
             halvings += 1;
         }
     }
-    halvings
+    let fewest = (0..halvings).find(|fewest| longest << fewest >= FINE_ENOUGH).unwrap_or(halvings);
+    fewest..=halvings
+}
+
+/// The length or area that the points stand for where the spline has its cells of each level, in the frame.
+fn extents<const D: usize>(reconstruction: &Reconstruction<D>) -> Vec<f64> {
+    let (spline, spacing) = (&reconstruction.spline, &reconstruction.spacing);
+    let points = reconstruction.fitted();
+    let levels: Vec<usize> = points.par_iter().map(|point| spline.level_at(point).unwrap_or(0)).collect();
+    let mut extents = vec![0.0; spline.levels().len() + 1];
+    for (level, share) in levels.into_iter().zip(&spacing.areas) {
+        extents[level] += share * spacing.extent() / points.len() as f64;
+    }
+    extents
 }
 
 /// How far a chord leaves an arc of this curvature.
@@ -114,7 +134,7 @@ mod tests {
     fn cells_are_halved_until_chords_do_not_show() {
         // So few points that spacings are long against the radius.
         let coarse = reconstruct(&round::<3>(150), &Options { resolution: Some(8), ..Options::default() }).unwrap();
-        let halvings = marching_halvings(&coarse);
+        let halvings = *marching_halvings(&coarse).end();
         let cell = coarse.domain.spacing(coarse.halvings + halvings);
         let spacing = coarse.report.input.spacing * coarse.frame.scale;
         assert!(sag(typical_curvature(&coarse), cell) <= SAG * spacing, "{halvings}");
