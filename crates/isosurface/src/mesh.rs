@@ -88,13 +88,11 @@ impl TriMesh {
             sets.join(a as usize, b as usize);
             sets.join(b as usize, c as usize);
         }
-        let mut sums = std::collections::BTreeMap::new();
-        let mut used = vec![false; self.vertices.len()];
-        self.triangles.iter().flatten().for_each(|v| used[*v as usize] = true);
-        for v in (0..self.vertices.len()).filter(|v| used[*v]) {
-            *sums.entry(sets.find(v)).or_insert(0.0) += values[v];
-        }
-        sums.into_values().collect()
+        let mut sums = vec![0.0; self.vertices.len()];
+        let mut is_component = vec![false; self.vertices.len()];
+        (0..self.vertices.len()).for_each(|v| sums[sets.find(v)] += values[v]);
+        self.triangles.iter().for_each(|triangle| is_component[sets.find(triangle[0] as usize)] = true);
+        sums.into_iter().zip(is_component).filter(|(_, is_component)| *is_component).map(|(sum, _)| sum).collect()
     }
 
     /// Counts components, genus, holes and branches.

@@ -55,9 +55,8 @@ impl Spacing {
         let mut sorted = local.clone();
         sorted.sort_by(f64::total_cmp);
         let typical = sorted[sorted.len() / 2];
-        let areas = areas::<D>(&local, typical, None);
-        let share = local.iter().map(|s| (s / typical).powi(D as i32 - 1)).sum::<f64>() / local.len() as f64;
-        let density = typical.powi(1 - D as i32) / (share / EVEN).max(1.0);
+        let (areas, mean) = areas::<D>(&local, typical, None);
+        let density = typical.powi(1 - D as i32) / (mean / EVEN).max(1.0);
         Self { local, typical, density, areas, nearest, lines: None }
     }
 
@@ -68,7 +67,7 @@ impl Spacing {
         let Self { local, typical, density, .. } = Self::even::<D>(few, vec![]);
         let density = density * points.len() as f64 / left.len() as f64;
         let local: Vec<f64> = lines.nearest.iter().map(|&i| local[i]).collect();
-        let areas = areas::<D>(&local, typical, Some(&lines));
+        let (areas, _) = areas::<D>(&local, typical, Some(&lines));
         Self { local, typical, density, areas, nearest, lines: Some(lines) }
     }
 
@@ -91,7 +90,7 @@ impl Spacing {
 
     /// The areas by that spacing: a point that noise has taken far stands alone, and has a large one by its own.
     pub fn smoothed_areas<const D: usize>(&self, points: &[[f64; D]]) -> Vec<f64> {
-        areas::<D>(&self.smoothed(points), self.typical, self.lines.as_ref())
+        areas::<D>(&self.smoothed(points), self.typical, self.lines.as_ref()).0
     }
 
     /// As [`Spacing::smoothed`], with a tree of the points.
@@ -125,15 +124,16 @@ fn from_neighbours<const D: usize>(points: &[[f64; D]], tree: &ImmutableKdTree<f
     points.par_iter().map(of).unzip()
 }
 
-/// What share of curve or surface each point stands for by its spacing, in units of the mean share.
-fn areas<const D: usize>(local: &[f64], typical: f64, lines: Option<&Lines>) -> Vec<f64> {
+/// What share of curve or surface each point stands for by its spacing, in units of the mean share; and that in units of the share that the
+/// typical spacing says.
+fn areas<const D: usize>(local: &[f64], typical: f64, lines: Option<&Lines>) -> (Vec<f64>, f64) {
     let mut areas: Vec<f64> = local.iter().map(|s| (s / typical).powi(D as i32 - 1)).collect();
     if let Some(lines) = lines {
         areas.iter_mut().zip(&lines.share).for_each(|(area, share)| *area *= share);
     }
     let mean = areas.iter().sum::<f64>() / areas.len() as f64;
     areas.iter_mut().for_each(|a| *a /= mean);
-    areas
+    (areas, mean)
 }
 
 /// Over so many neighbours a point's spacing is averaged.

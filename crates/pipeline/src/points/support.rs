@@ -67,9 +67,9 @@ impl<'a, const D: usize> Support<'a, D> {
         self.local[sample].powi(D as i32 - 1)
     }
 
-    /// Per place, at most 0 where it is supported, and continuous across the boundary.
-    pub fn lack(&self, places: &[[f64; D]]) -> Vec<f64> {
-        places.par_iter().map(|place| self.lack_at(place)).collect()
+    /// Per place, at most 0 where it is supported, and continuous across the boundary. `nearest` has the nearest sample of each.
+    pub fn lack(&self, places: &[[f64; D]], nearest: &[Nearest]) -> Vec<f64> {
+        places.par_iter().zip(nearest).map(|(place, nearest)| self.lack_at(place, nearest.remoteness)).collect()
     }
 
     /// The nearest sample of each place.
@@ -105,8 +105,7 @@ impl<'a, const D: usize> Support<'a, D> {
         found.into_iter().map(|near| (near.item as usize, near.distance)).collect()
     }
 
-    fn lack_at(&self, place: &[f64; D]) -> f64 {
-        let remoteness = self.nearest_to(place).remoteness;
+    fn lack_at(&self, place: &[f64; D], remoteness: f64) -> f64 {
         // Far beyond the boundary only the sign matters.
         if remoteness > 2.0 {
             return remoteness - 1.0;
@@ -147,7 +146,7 @@ mod tests {
         let support = Support::new(&points, &spacing);
         let along = |x: f64| -> Vec<f64> {
             let places: Vec<[f64; 3]> = (50..350).map(|i| [x, 0.1 * f64::from(i), 0.0]).collect();
-            support.lack(&places)
+            support.lack(&places, &support.nearest(&places))
         };
         assert!(along(20.0).iter().all(|lack| *lack < -0.5), "the midst");
         assert!(along(40.0).iter().all(|lack| *lack < 0.0), "the edge is kept");
@@ -178,7 +177,8 @@ mod tests {
             let points = square(hole);
             let spacing = Spacing::of(&points);
             let places: Vec<[f64; 3]> = (0..40).map(|i| [16.0 + 0.2 * f64::from(i), 20.0, 0.0]).collect();
-            let lack = Support::new(&points, &spacing).lack(&places);
+            let support = Support::new(&points, &spacing);
+            let lack = support.lack(&places, &support.nearest(&places));
             assert_eq!(lack.iter().any(|lack| *lack > 0.0), open, "{hole}: {lack:?}");
             assert_eq!(lack[20] > 0.0, open);
         }

@@ -39,8 +39,9 @@ pub fn extract_surface(reconstruction: &mut Reconstruction<3>) -> Result<(TriMes
     let points = reconstruction.fitted();
     let support = Support::new(&points, &reconstruction.spacing);
     if reconstruction.open {
-        let mut lack = support.lack(&mesh.vertices);
-        let shares = shares(&mesh, &support, &support.nearest(&mesh.vertices));
+        let nearest = support.nearest(&mesh.vertices);
+        let mut lack = support.lack(&mesh.vertices, &nearest);
+        let shares = shares(&mesh, &support, &nearest);
         mesh.settle(&mut lack, &shares, support::SPECK, support::HOLE);
         let (part, kept) = mesh.clipped(&lack);
         mesh = part;
@@ -58,7 +59,7 @@ pub fn extract_surface(reconstruction: &mut Reconstruction<3>) -> Result<(TriMes
         reconstruction.report.warnings.extend(warning);
     }
     let uncovered = uncovered(&points, &mesh.vertices, &nearest, 2.0 * reconstruction.spacing.typical);
-    let parts = mesh.component_sums(&shares(&mesh, &support, &nearest));
+    let shares = shares(&mesh, &support, &nearest);
     let frame = reconstruction.frame;
     for vertex in &mut mesh.vertices {
         *vertex = frame.to_data(vertex);
@@ -84,6 +85,7 @@ pub fn extract_surface(reconstruction: &mut Reconstruction<3>) -> Result<(TriMes
         unsupported_share: closes.share,
         topology,
     };
+    let parts = if topology.components > 1 { mesh.component_sums(&shares) } else { vec![] };
     let specks = parts.iter().filter(|shares| **shares < SPECK).count();
     // Where all are as small the shape is, of few points.
     if specks > 0 && specks < topology.components {
@@ -109,7 +111,8 @@ pub fn extract_curve(reconstruction: &mut Reconstruction<2>) -> Result<(Curves, 
     let points = reconstruction.fitted();
     let support = Support::new(&points, &reconstruction.spacing);
     if reconstruction.open {
-        let lack: Vec<Vec<f64>> = curves.loops.iter().map(|cycle| support.lack(cycle)).collect();
+        let lack = |cycle: &Vec<[f64; 2]>| support.lack(cycle, &support.nearest(cycle));
+        let lack: Vec<Vec<f64>> = curves.loops.iter().map(lack).collect();
         // Lengths, in the typical spacing.
         let [speck, hole] = [support::SPECK, support::HOLE].map(|shares| shares * reconstruction.spacing.typical);
         curves = curves.clipped(&lack, speck, hole);
