@@ -132,14 +132,20 @@ pub struct Refinement<'a, const D: usize> {
     pub cancel: &'a CancelToken,
 }
 
-/// A level that fewer points than this share want is not made: all of the surface is extracted on the finest level's cells.
+/// A level that fewer points than this share want is not made: where points are random some are closer together than the rest by chance.
 const WORTHWHILE: f64 = 0.05;
+/// But for so many that want it by half a level more, which chance does not do: a small part that is scanned more closely.
+const SURE: usize = 24;
 
-/// The finest level that enough points want.
-fn worthwhile(levels: &[u8]) -> u8 {
-    let mut sorted = levels.to_vec();
-    sorted.sort_unstable_by(|a, b| b.cmp(a));
-    sorted.get((WORTHWHILE * levels.len() as f64) as usize).copied().unwrap_or(0)
+/// The finest level that enough points want, given the sides of cells that they ask for.
+fn worthwhile(cell: f64, sides: &[f64], finest: u8) -> u8 {
+    let wanted = |larger: f64, count: usize| {
+        let sides: Vec<f64> = sides.iter().map(|side| larger * side).collect();
+        let mut levels = levels_for_spacing(cell, &sides, finest);
+        levels.sort_unstable_by(|a, b| b.cmp(a));
+        levels.get(count).copied().unwrap_or(0)
+    };
+    wanted(1.0, (WORTHWHILE * sides.len() as f64) as usize).max(wanted(std::f64::consts::SQRT_2, SURE))
 }
 
 /// Cells on the finest level, in spacings: what they cost grows with their number, which in the plane is never large.
@@ -167,7 +173,7 @@ pub fn band<const D: usize>(
     // Smoothed: else levels follow chance where samples are random, and bands get holes.
     let sides: Vec<f64> = spacing.smoothed(points).iter().map(|s| share * s).collect();
     let mut levels = levels_for_spacing(cell, &sides, finest);
-    let finest = worthwhile(&levels);
+    let finest = worthwhile(cell, &sides, finest);
     levels.iter_mut().for_each(|level| *level = (*level).min(finest));
     let near = if wide { WIDEST } else { ((NEAR * spacing.typical / cell).ceil() as usize).clamp(BAND, WIDEST) };
     Ok(CellBand::new(&domain.knots(3, halvings)?, points, &levels, [near, BAND])?)
@@ -426,5 +432,28 @@ impl<const D: usize> Refinement<'_, D> {
             if self.cancel.is_cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         })?;
         Ok((HierarchicalSpline::new(spline)?, StageFigures::DenseRefinement(report)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Sides of cells, so many of each, all between 0.1 and 0.12 to begin with.
+    fn sides(more: &[(usize, f64)]) -> Vec<f64> {
+        let even = (0..10_000).map(|i| 0.1 + 0.02 * (f64::from(i) * 0.618_033_988_749_895).fract());
+        even.chain(more.iter().flat_map(|(count, side)| std::iter::repeat_n(*side, *count))).collect()
+    }
+
+    #[test]
+    fn small_parts_get_finer_levels_if_they_clearly_want_them() {
+        // From cells of 0.4 to 0.1 it is two halvings, to 0.024 four.
+        assert_eq!(worthwhile(0.4, &sides(&[]), 6), 2);
+        assert_eq!(worthwhile(0.4, &sides(&[(25, 0.024)]), 6), 4);
+        assert_eq!(worthwhile(0.4, &sides(&[(25, 0.024)]), 3), 3);
+        assert_eq!(worthwhile(0.4, &sides(&[(24, 0.024)]), 6), 2, "too few");
+        // By chance some want cells of 0.065, which are nearer to 0.05.
+        assert_eq!(worthwhile(0.4, &sides(&[(400, 0.065)]), 6), 2);
+        assert_eq!(worthwhile(0.4, &sides(&[(600, 0.065)]), 6), 3, "one point in twenty");
     }
 }
