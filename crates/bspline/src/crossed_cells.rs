@@ -142,26 +142,19 @@ impl<const D: usize> CrossedCells<D> {
     pub(crate) fn take_over(&mut self, finer: &Self) {
         let set = Arc::clone(self.values.set());
         let blocks = self.values.blocks_mut();
-        let finer_set = finer.values.set();
+        let mut value = [0.0];
         for slot in 0..set.block_count() {
             let start = set.block_start(slot);
             set.for_each_place(slot, |place| {
                 let places = [place / 64, place / SIDE % SIDE, place % SIDE];
                 let node: [u32; D] = std::array::from_fn(|axis| 2 * (start[axis] + places[3 - D + axis] as u32));
-                let at = |block: usize| finer.values.blocks()[block * IndexSet::<D>::BLOCK + place_of(node)];
-                if finer_set.contains(node)
-                    && let Some(value) = finer_set.slot(node.map(i64::from)).map(at)
-                {
-                    blocks[slot * IndexSet::<D>::BLOCK + place] = value;
+                if finer.values.set().contains(node) {
+                    finer.values.gather(node.map(i64::from), 1, &mut value);
+                    blocks[slot * IndexSet::<D>::BLOCK + place] = value[0];
                 }
             });
         }
     }
-}
-
-/// The place of an index in its block.
-fn place_of<const D: usize>(index: [u32; D]) -> usize {
-    index.iter().fold(0, |place, k| place * SIDE + *k as usize % SIDE)
 }
 
 impl Found {

@@ -79,17 +79,19 @@ impl<const D: usize> Grading<D> {
 
     /// The cells of a block that are divided further.
     fn divided_mask(&self, halving: usize, start: [u32; D]) -> Mask {
-        match halving.checked_sub(self.coarsest) {
-            None => [u64::MAX; SIDE],
-            Some(level) => self.divided.get(level).map_or([0; SIDE], |set| refined(set, start, self.halvings)),
-        }
+        self.mask(halving, 0, start)
     }
 
     /// The cells of a block that are not within a larger cell of the division.
     fn present_mask(&self, halving: usize, start: [u32; D]) -> Mask {
-        match halving.checked_sub(self.coarsest + 1) {
+        self.mask(halving, 1, start)
+    }
+
+    /// The cells of a block that lie in divided ones of the lattice with so many fewer halvings.
+    fn mask(&self, halving: usize, fewer: usize, start: [u32; D]) -> Mask {
+        match halving.checked_sub(self.coarsest + fewer) {
             None => [u64::MAX; SIDE],
-            Some(level) => self.divided.get(level).map_or([0; SIDE], |set| refined(set, start, self.halvings + 1)),
+            Some(level) => self.divided.get(level).map_or([0; SIDE], |set| refined(set, start, self.halvings + fewer)),
         }
     }
 }
@@ -188,7 +190,7 @@ fn touching<const D: usize>(grading: &Grading<D>, halving: usize, larger: &Index
                 continue;
             }
             let child = child.map(Option::unwrap_or_default);
-            if grading.is_divided(halving, child.map(|k| k / 2)) {
+            if grading.is_divided(halving, parent(child)) {
                 found.push(child);
             }
         }
@@ -230,9 +232,9 @@ impl<'a, const D: usize> Given<'a, D> {
         for halving in (0..coarsest + sizes.len()).rev() {
             let mut all: Vec<[u32; D]> = vec![];
             if let Some(finer) = blocks.last() {
-                all.extend(finer.iter().map(|block| block.map(|b| b / 2)));
+                all.extend(finer.iter().map(parent));
             }
-            if let Some(cells) = halving.checked_sub(coarsest).map(|level| &sizes[sizes.len() - 1 - level]) {
+            if let Some(cells) = size_of(coarsest, sizes, halving) {
                 all.extend((0..cells.block_count()).map(|slot| cells.block_start(slot).map(|k| k / SIDE as u32)));
             }
             let most = all.iter().fold([0; D], |most, block| std::array::from_fn(|a| block[a].max(most[a])));
@@ -243,10 +245,15 @@ impl<'a, const D: usize> Given<'a, D> {
     }
 }
 
+/// Of some sizes, the smallest first and the largest halved `coarsest` times, the one halved so often.
+fn size_of<const D: usize>(coarsest: usize, sizes: &[IndexSet<D>], halving: usize) -> Option<&IndexSet<D>> {
+    halving.checked_sub(coarsest).map(|level| &sizes[sizes.len() - 1 - level])
+}
+
 impl<const D: usize> Search<D> for Given<'_, D> {
     fn choose(&self, halving: usize, start: [u32; D], _: impl FnOnce() -> Mask) -> [Mask; 2] {
-        let cells = halving.checked_sub(self.coarsest).map(|level| &self.sizes[self.sizes.len() - 1 - level]);
-        let taken = cells.and_then(|cells| Some(cells.masks[cells.slot(start.map(i64::from))?]));
+        let taken = size_of(self.coarsest, self.sizes, halving)
+            .and_then(|cells| Some(cells.masks[cells.slot(start.map(i64::from))?]));
         [taken.unwrap_or([0; SIDE]), [0; SIDE]]
     }
 

@@ -111,7 +111,8 @@ impl<const D: usize> LatticeSamples<D> {
         Self::assemble(axes, part, |row| cells.row(row), row)
     }
 
-    /// `part` says which cells of the lattice with these axes are looked at, `cell_rows` gives the runs of cells for each row of cells, `values` the values in the row that begins at a node.
+    /// `part` says which cells of the lattice with these axes are looked at, `cell_rows` gives the runs of cells for each row of cells,
+    /// `values` the values in the row that begins at a node.
     fn assemble<'a, V: FnMut(usize) -> Option<f64>>(
         axes: [Vec<f64>; D],
         part: [Range<u32>; D],
@@ -228,6 +229,11 @@ impl<const D: usize> LatticeSamples<D> {
     /// The number of the node at a place of the whole lattice, if it is the corner of a cell.
     pub(crate) fn node_at(&self, place: &[usize; D]) -> Option<usize> {
         find(&self.nodes, place, &self.origin, &self.padded)
+    }
+
+    /// The value of the node at a place of the whole lattice, if it is the corner of a cell.
+    pub(crate) fn value_at(&self, place: &[usize; D]) -> Option<f64> {
+        self.node_at(place).map(|number| self.values[number])
     }
 
     /// The number of the cell at a place of the whole lattice, if it may hold a part of the zero set.

@@ -73,8 +73,7 @@ impl Seam {
             let start = corner_of(self.base, child, 1);
             let mut values = [0.0; 8];
             for corner in face_corners(face) {
-                let number = finer.node_at(&corner_of(start, corner, 1));
-                values[corner] = number.map_or(0.0, |number| finer.values()[number]);
+                values[corner] = finer.value_at(&corner_of(start, corner, 1)).unwrap_or(0.0);
             }
             for step in face_segments(face, &values) {
                 let [from, to] = step.map(|edge| CutEdge::Finer(corner_of(start, edge_corners(edge)[0], 1), edge / 4));
@@ -210,7 +209,7 @@ fn middle(finer: &LatticeSamples<3>, mut node: [usize; 3], axis: usize) -> Optio
     }
     finer.node_at(&node)?;
     node[axis] += 1;
-    let value = finer.values()[finer.node_at(&node)?];
+    let value = finer.value_at(&node)?;
     node[axis] += 1;
     finer.node_at(&node).map(|_| value)
 }
