@@ -55,12 +55,12 @@ impl<const D: usize> HierarchicalSpline<D> {
         let halvings = (halvings as usize).max(self.levels().len());
         let axes = self.nodes(halvings)?;
         let extent = axes.each_ref().map(|nodes| nodes.len() as u32 - 1);
-        let mut found = if check_uniform(self.root().knots()).is_ok() {
+        let found = if check_uniform(self.root().knots()).is_ok() {
             Descent::new(self, halvings, extent).run(&Finest { halvings })
         } else {
             self.in_crossed_root_cells(halvings, &axes)
         };
-        Ok(CrossedCells::of(axes, &mut found))
+        Ok(CrossedCells::of(axes, &found))
     }
 
     /// Ends of the dense lattice's cells along each axis, halved some number of times.
@@ -120,10 +120,9 @@ impl<const D: usize> HierarchicalSpline<D> {
 
 impl<const D: usize> CrossedCells<D> {
     /// Brings what was found on one lattice together.
-    pub(crate) fn of(axes: [Vec<f64>; D], found: &mut [Found]) -> Self {
+    pub(crate) fn of(axes: [Vec<f64>; D], found: &[Found]) -> Self {
         let extent = axes.each_ref().map(|nodes| nodes.len() as u32 - 1);
-        found.par_sort_unstable_by_key(|found| found.block);
-        let cells = IndexSet::from_blocks(extent, found.iter().map(|found| (found.block, found.cells)));
+        let cells = Found::cells_of(extent, found.iter());
         let nodes = Arc::new(cells.dilated(0..=1, extent.map(|n| n + 1)));
         let values = corners_to_field(found, nodes);
         Self { axes, cells, values }

@@ -9,6 +9,12 @@ use crate::crossed_cells::{CrossedCells, Descent, Found, Search};
 use crate::hierarchical_spline::{HierarchicalSpline, Level};
 use crate::index_set::{IndexSet, spread};
 
+/// How often the dense lattice's cells are halved for the cells of a [`HierarchicalSpline::grading`] where the function has those of a level: as
+/// often as for the smallest ones there are, which are halved `finest` times, but for cells half as large as the function's at the most.
+pub fn graded_halving(level: usize, levels: usize, finest: usize) -> usize {
+    finest.min(level + finest.saturating_sub(levels).max(1))
+}
+
 /// A division of the box into cells of several sizes, each half as large as the next. Cells that touch, if only at a corner, are of the same
 /// size, or one is half as large as the other.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,15 +32,15 @@ impl<const D: usize> Grading<D> {
     fn of(spline: &HierarchicalSpline<D>, halvings: &RangeInclusive<u32>) -> Self {
         let levels = spline.levels();
         let finest = (*halvings.end() as usize).max(levels.len());
-        // Where the function's own cells are not halved on the finest level, they are on the next coarser one.
-        let graded = if finest > levels.len() { levels.len() } else { levels.len().saturating_sub(1) };
-        let sizes = graded.min(finest.saturating_sub(*halvings.start() as usize));
+        // Of the dense lattice's cells, and so of every level's whose cells are not the smallest.
+        let halved = graded_halving(0, levels.len(), finest);
+        let coarsest = finest.min(halved.max(*halvings.start() as usize));
         let divided = |finer: &Level<D>| {
             let members: Vec<[u32; D]> = finer.cells().iter().map(parent).collect();
             IndexSet::new(finer.cells().extent().map(|n| n / 2), &members)
         };
-        let divided = levels[graded - sizes..graded].iter().map(divided).collect();
-        let mut grading = Self { coarsest: finest - sizes, halvings: finest - graded, divided };
+        let divided = levels[coarsest - halved..finest - halved].iter().map(divided).collect();
+        let mut grading = Self { coarsest, halvings: halved, divided };
         grading.balance();
         grading
     }
@@ -160,9 +166,9 @@ impl<const D: usize> HierarchicalSpline<D> {
         }
         let mut all: Vec<CrossedCells<D>> = Vec::with_capacity(sizes.len());
         for halving in halvings() {
-            let (mut own, rest) = found.into_iter().partition(|found| found.halving == halving);
+            let (own, rest) = found.into_iter().partition(|found| found.halving == halving);
             found = rest;
-            let mut cells = CrossedCells::of(self.nodes(halving)?, &mut own);
+            let mut cells = CrossedCells::of(self.nodes(halving)?, &own);
             if let Some(finer) = all.last() {
                 cells.take_over(finer);
             }

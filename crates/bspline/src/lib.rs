@@ -103,7 +103,7 @@ pub use crossed_cells::CrossedCells;
 pub use edge_cubic::EdgeCubic;
 pub use energy::{DerivativeEnergy, EnergyError};
 pub use evaluation::{Derivatives, Evaluation};
-pub use graded_cells::Grading;
+pub use graded_cells::{Grading, graded_halving};
 pub use gram::BandedMatrix;
 pub use hierarchical_spline::{HierarchicalSpline, HierarchyError, Level};
 pub use implicit::Implicit;

@@ -1,7 +1,7 @@
 //! From samples to a triangle mesh.
 
 use rayon::prelude::*;
-use std::ops::RangeInclusive;
+use std::ops::{Range, RangeInclusive};
 use zeroset_bspline::HierarchicalSpline;
 
 use crate::cell::{contour, edge_corners, edge_faces, loops};
@@ -144,10 +144,10 @@ struct Part {
     report: Report,
 }
 
-/// The zeros on the edges of one lattice.
+/// The zeros on the edges of one lattice, by numbers of edges: three times that of the lower node, plus the axis.
 struct Zeros<'a> {
     samples: &'a LatticeSamples<3>,
-    /// Three times the number of each edge's lower node, plus its axis, in ascending order.
+    /// The edges' numbers, in ascending order.
     keys: Vec<usize>,
     /// The first one's vertex, which the others' follow.
     first: usize,
@@ -158,6 +158,16 @@ impl Zeros<'_> {
     fn on(&self, node: &[usize; 3], axis: usize) -> Option<usize> {
         let key = 3 * self.samples.node_at(node)? + axis;
         self.keys.binary_search(&key).ok().map(|at| self.first + at)
+    }
+
+    /// The vertices on a range of edges, 0 where there is no zero.
+    fn between(&self, edges: Range<usize>) -> Vec<u32> {
+        let [first, last] = [edges.start, edges.end].map(|edge| self.keys.partition_point(|&key| key < edge));
+        let mut vertices = vec![0; edges.len()];
+        for at in first..last {
+            vertices[self.keys[at] - edges.start] = (self.first + at) as u32;
+        }
+        vertices
     }
 }
 
@@ -174,8 +184,7 @@ impl Grid<'_> {
         i * self.shape[1] + j
     }
 
-    /// The zeros on the edges that begin in one layer of nodes, in ascending order of their keys: an edge's key is three times
-    /// the number of its lower node, plus its axis.
+    /// The zeros on the edges that begin in one layer of nodes, in ascending order of the edges' numbers.
     fn cut_edges(
         &self,
         i: usize,
@@ -250,18 +259,13 @@ impl Grid<'_> {
     ) -> Part {
         let mut part = Part::default();
         let mut mesh = CellMesh::default();
+        // The vertices on a cell's contour, and where they are.
+        let (mut cut, mut positions): (Vec<u32>, Vec<[f64; 3]>) = (vec![], vec![]);
         let faces: [u8; 12] = std::array::from_fn(edge_faces);
-        let keys = &zeros.keys;
         let (nodes, values_at) = (self.samples.nodes(), self.samples.values());
         // All edges of this layer's cells begin in these two layers of nodes.
         let lowest = 3 * nodes.before(self.row(i, 0));
-        let beyond = 3 * nodes.before(self.row(i + 2, 0));
-        let first = keys.partition_point(|&key| key < lowest);
-        let last = keys.partition_point(|&key| key < beyond);
-        let mut vertex_of = vec![0u32; beyond - lowest];
-        for (at, &key) in keys.iter().enumerate().take(last).skip(first) {
-            vertex_of[key - lowest] = (zeros.first + at) as u32;
-        }
+        let vertex_on = zeros.between(lowest..3 * nodes.before(self.row(i + 2, 0)));
         for j in 0..self.shape[1] - 1 {
             for run in self.samples.cells().row(i * (self.shape[1] - 1) + j) {
                 // The four rows of corners along the run.
@@ -273,47 +277,44 @@ impl Grid<'_> {
                     let number = |c: usize| rows[c & 3] + step + (c >> 2);
                     let values: [f64; 8] = std::array::from_fn(|c| values_at[number(c)]);
                     let cell = self.samples.on_whole(&[i, j, k as usize]);
-                    let seam = self.finer.and_then(|finer| Some((finer, Seam::of(finer.samples, cell, &values)?)));
+                    let seam = self.finer.and_then(|finer| Seam::of(finer.samples, cell, &values));
                     let inside = values[0] < 0.0;
                     if seam.is_none() && values.iter().all(|value| (*value < 0.0) == inside) {
                         continue;
                     }
                     let corner = |c: usize| [i + (c & 1), j + (c >> 1 & 1), k as usize + (c >> 2)];
-                    let own = |edge: usize| vertex_of[3 * number(edge_corners(edge)[0]) + edge / 4 - lowest];
-                    let place = |vertex: u32| vertices[vertex as usize].zero.position;
-                    let (cycles, decision);
-                    let mut index = [0u32; 12];
-                    let seam_index: Vec<u32>;
-                    let index: &[u32] = match seam {
-                        None => {
-                            let next = contour(&values);
-                            cycles = loops(&next);
-                            decision = interior(&values, &cycles);
-                            let mut positions = [[0.0; 3]; 12];
-                            for edge in (0..12).filter(|&edge| next[edge].is_some()) {
-                                index[edge] = own(edge);
-                                positions[edge] = place(index[edge]);
-                            }
-                            mesh.fill(&cycles, decision, &positions, &faces);
-                            &index
-                        }
-                        Some((finer, seam)) => {
-                            cycles = seam.loops();
-                            decision = seam.interior(&values, &cycles);
-                            #[expect(
-                                clippy::expect_used,
-                                reason = "both lattices have a vertex on every edge with a change of sign"
-                            )]
-                            let vertex = |edge: &CutEdge| match edge {
-                                CutEdge::Own(edge) => own(*edge),
-                                CutEdge::Finer(node, axis) => finer.on(node, *axis).expect("a zero") as u32,
-                            };
-                            seam_index = seam.edges.iter().map(vertex).collect();
-                            let positions: Vec<[f64; 3]> = seam_index.iter().map(|v| place(*v)).collect();
-                            mesh.fill(&cycles, decision, &positions, &seam.faces());
-                            &seam_index
+                    let own = |edge: usize| vertex_on[3 * number(edge_corners(edge)[0]) + edge / 4 - lowest];
+                    #[expect(
+                        clippy::expect_used,
+                        reason = "both lattices have a vertex on every edge with a change of sign"
+                    )]
+                    let on_seam = |edge: &CutEdge| match edge {
+                        CutEdge::Own(edge) => own(*edge),
+                        CutEdge::Finer(node, axis) => {
+                            self.finer.and_then(|finer| finer.on(node, *axis)).expect("a zero") as u32
                         }
                     };
+                    cut.clear();
+                    let (cycles, decision) = match &seam {
+                        None => {
+                            cut.extend((0..12).map(own));
+                            let cycles = loops(&contour(&values));
+                            let decision = interior(&values, &cycles);
+                            (cycles, decision)
+                        }
+                        Some(seam) => {
+                            cut.extend(seam.edges.iter().map(on_seam));
+                            let cycles = seam.loops();
+                            let decision = seam.interior(&values, &cycles);
+                            (cycles, decision)
+                        }
+                    };
+                    positions.clear();
+                    positions.extend(cut.iter().map(|vertex| vertices[*vertex as usize].zero.position));
+                    match &seam {
+                        None => mesh.fill(&cycles, decision, &positions, &faces),
+                        Some(seam) => mesh.fill(&cycles, decision, &positions, &seam.faces()),
+                    }
                     if cycles.is_empty() {
                         continue;
                     }
@@ -330,8 +331,8 @@ impl Grid<'_> {
                         };
                         Vertex { zero, capped }
                     }));
-                    let vertex = |v: u8| match usize::from(v).checked_sub(index.len()) {
-                        None => index[usize::from(v)],
+                    let vertex = |v: u8| match usize::from(v).checked_sub(cut.len()) {
+                        None => cut[usize::from(v)],
                         Some(inner) => u32::MAX - (base + inner as u32),
                     };
                     part.triangles.extend(mesh.triangles.iter().map(|triangle| triangle.map(vertex)));

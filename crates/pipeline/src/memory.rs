@@ -14,7 +14,7 @@ use crate::options::{Options, Topology};
 use crate::points::spacing::Spacing;
 use crate::points::thinning::ENOUGH;
 use crate::sides::FINEST_RUNG;
-use crate::zero_set::marching::{CUT, MANY_FOR_SAG};
+use crate::zero_set::marching::{CUT, MANY_FOR_SAG, halving_at};
 
 /// Share of the free memory that a run may use unless told otherwise.
 const SHARE: f64 = 0.7;
@@ -106,8 +106,8 @@ pub struct Counts {
     pub active: Vec<usize>,
     /// Cells of the dense lattice that the zero set crosses.
     pub crossed: f64,
-    /// By how much these grow when cells are halved.
-    pub growth: f64,
+    /// 2 in the plane, 3 in space.
+    pub dimension: usize,
 }
 
 impl Counts {
@@ -135,7 +135,7 @@ impl Counts {
             dense_refined: options.refine && band.is_none(),
             active: band.map_or(vec![], active),
             crossed: CUT * spacing.extent() / face(domain.spacing(halvings)),
-            growth: face(2.0),
+            dimension: D,
         }
     }
 
@@ -147,26 +147,30 @@ impl Counts {
         let dense = self.dense * if self.dense_refined { DENSE_REFINED } else { DENSE };
         let crossed = self.crossed_with(levels);
         // Where these are few they are mostly halved up to twice.
-        let marched = crossed.max((crossed * self.growth.powi(2)).min(MANY_FOR_SAG));
+        let marched = crossed.max((crossed * self.growth(2)).min(MANY_FOR_SAG));
         let extraction = kept(used.len()) + CROSSED * marched;
         let refinement = (0..used.len()).map(|level| kept(level) + ACTIVE * used[level] as f64);
         (PROGRAM + POINT * self.points as f64 + refinement.fold(ladder.max(dense).max(extraction), f64::max)) as u64
     }
 
-    /// Cells that the zero set is extracted on with so many levels: those of the finest two are as small as the finest, of the others half as
-    /// large as their own.
+    /// By how much the cells that the zero set crosses become more when all are halved so often.
+    fn growth(&self, halvings: usize) -> f64 {
+        2.0_f64.powi(((self.dimension - 1) * halvings) as i32)
+    }
+
+    /// Cells that the zero set is extracted on with so many levels.
     fn crossed_with(&self, levels: usize) -> f64 {
         let of = |level: usize| {
-            let all = self.crossed * self.growth.powi(level as i32);
+            let all = self.crossed * self.growth(level);
             self.active.get(level).map_or(all, |active| all.min(*active as f64 / ACTIVE_PER_CROSSED))
         };
-        let coarser = levels.saturating_sub(1);
-        // In the plane all are as small.
-        if coarser == 0 || self.growth < 4.0 {
-            return self.crossed * self.growth.powi(levels as i32);
-        }
-        let only = (0..coarser).map(|level| (of(level) - of(level + 1) / self.growth).max(0.0));
-        self.growth * (of(coarser) + only.sum::<f64>())
+        // Where there are no finer ones.
+        let only = |level: usize| {
+            let finer = if level < levels { of(level + 1) / self.growth(1) } else { 0.0 };
+            (of(level) - finer).max(0.0)
+        };
+        let parts = |level: usize| self.growth(halving_at(self.dimension, level, levels, levels) - level);
+        (0..=levels).map(|level| parts(level) * only(level)).sum()
     }
 
     /// As many levels as fit.
@@ -224,8 +228,8 @@ pub fn extraction_need<const D: usize>(spline: &HierarchicalSpline<D>, halvings:
     // Bounds keep more cells than the zero set crosses, which is on the safe side.
     let leaves = spline.leaf_cells(|leaf| leaf.lower < 0.0 && leaf.upper >= 0.0);
     let finest = spline.levels().len();
-    let own = |level: usize| if D == 3 { finest.min(level + 1) } else { finest };
-    let parts = |level: usize| 2.0_f64.powi((D as i32 - 1) * (own(level).max(halvings as usize) - level) as i32);
+    let own = |level: usize| halving_at(D, level, finest, finest).max(halvings as usize);
+    let parts = |level: usize| 2.0_f64.powi(((D - 1) * (own(level) - level)) as i32);
     let crossed: f64 = leaves.iter().map(|leaf| parts(leaf.level)).sum();
     (PROGRAM + CROSSED * crossed) as u64
 }
@@ -254,7 +258,7 @@ mod tests {
             dense_refined: false,
             active,
             crossed,
-            growth: 4.0,
+            dimension: 3,
         }
     }
 
@@ -286,7 +290,7 @@ mod tests {
         // Nearly all on the dense lattice's cells, halved once.
         let most = 4.0 * 77_000.0;
         assert!((most..1.2 * most).contains(&uneven.crossed_with(3)), "{}", uneven.crossed_with(3));
-        let plane = Counts { growth: 2.0, ..uneven };
+        let plane = Counts { dimension: 2, ..uneven };
         assert_eq!(plane.crossed_with(3), 77_000.0 * 8.0);
     }
 

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 use std::ops::RangeInclusive;
-use zeroset_bspline::Derivatives;
+use zeroset_bspline::{Derivatives, graded_halving};
 
 use crate::reconstruct::Reconstruction;
 
@@ -33,10 +33,9 @@ pub(crate) fn marching_halvings<const D: usize>(reconstruction: &Reconstruction<
     let refined = reconstruction.initial.is_some();
     let extents = if refined { extents(reconstruction) } else { vec![] };
     let vertices = |halvings: u32| -> f64 {
-        // Cells are larger where the spline's are, but half as large as these at the most; in the plane they are not.
-        let of = |level: u32| if D == 3 { halvings.min(level + (halvings - levels).max(1)) } else { halvings };
-        let crossed = |(level, extent): (u32, &f64)| CUT * extent / cell(of(level)).powi(D as i32 - 1);
-        (0..).zip(&extents).map(crossed).sum()
+        let of = |level: usize| halving_at(D, level, levels as usize, halvings as usize) as u32;
+        let crossed = |(level, extent): (usize, &f64)| CUT * extent / cell(of(level)).powi(D as i32 - 1);
+        extents.iter().enumerate().map(crossed).sum()
     };
     let mut halvings = levels + u32::from(longest << levels < FINE_ENOUGH || (refined && vertices(levels + 1) < MANY));
     if refined && vertices(halvings + 1) < MANY_FOR_SAG {
@@ -48,6 +47,12 @@ pub(crate) fn marching_halvings<const D: usize>(reconstruction: &Reconstruction<
     }
     let fewest = (0..halvings).find(|fewest| longest << fewest >= FINE_ENOUGH).unwrap_or(halvings);
     fewest..=halvings
+}
+
+/// How often the dense lattice's cells are halved to extract the zero set where the spline has its cells of a level, if they are halved
+/// `finest` times for the smallest. In the plane all are as small as these.
+pub(crate) fn halving_at(dimension: usize, level: usize, levels: usize, finest: usize) -> usize {
+    if dimension == 3 { graded_halving(level, levels, finest) } else { finest }
 }
 
 /// The length or area that the points stand for where the spline has its cells of each level, in the frame.
