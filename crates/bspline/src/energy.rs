@@ -38,6 +38,12 @@ pub enum EnergyError {
     },
 }
 
+/// Orders of derivatives that there are, the values' among them.
+const ORDERS: usize = crate::MAX_DERIVATIVE + 1;
+/// `k over a`.
+const BINOMIAL: [[f64; ORDERS]; ORDERS] =
+    [[1.0, 0.0, 0.0, 0.0], [1.0, 1.0, 0.0, 0.0], [1.0, 2.0, 1.0, 0.0], [1.0, 3.0, 3.0, 1.0]];
+
 /// The quadratic form `fᵀ H f = ∫ ‖∇ᵏ f‖²` over the domain, exactly integrated.
 ///
 /// For `k = 2` it is the thin-plate energy of equation (3). `H` is a sum of Kronecker products of one-dimensional
@@ -161,7 +167,7 @@ impl<const D: usize> DerivativeEnergy<D> {
         let mut terms = Vec::with_capacity((k + 1) * (2 * self.grams[axis][0].half_bandwidth() + 1));
         for a in 0..=k {
             let (first, row) = self.grams[axis][a].row(i);
-            terms.extend(row.iter().enumerate().map(|(t, g)| (binomial(k, a) * g, partial(first + t, k - a))));
+            terms.extend(row.iter().enumerate().map(|(t, g)| (BINOMIAL[k][a] * g, partial(first + t, k - a))));
         }
         terms
     }
@@ -179,12 +185,15 @@ impl<const D: usize> DerivativeEnergy<D> {
     /// One entry of `H`, by the multi-indices of its row and its column. Zero where two indices differ by more than the
     /// degree along some axis.
     pub fn entry(&self, row: [usize; D], column: [usize; D]) -> f64 {
-        let mut partial: [f64; crate::MAX_DERIVATIVE + 1] = [0.0; crate::MAX_DERIVATIVE + 1];
+        let mut partial = [0.0; ORDERS];
         partial[0] = 1.0;
         for axis in (0..D).rev() {
-            let gram = |k: usize| self.grams[axis][k].get(row[axis], column[axis]);
+            let mut entries = [0.0; ORDERS];
+            for (entry, gram) in entries.iter_mut().zip(&self.grams[axis]) {
+                *entry = gram.get(row[axis], column[axis]);
+            }
             for k in (0..=self.order).rev() {
-                partial[k] = (0..=k).map(|a| binomial(k, a) * gram(a) * partial[k - a]).sum();
+                partial[k] = (0..=k).map(|a| BINOMIAL[k][a] * entries[a] * partial[k - a]).sum();
             }
         }
         partial[self.order]
@@ -224,10 +233,6 @@ fn combine(out: &mut [f64], terms: &[(f64, &[f64])]) {
             }
         }
     }
-}
-
-fn binomial(n: usize, k: usize) -> f64 {
-    (0..k).map(|i| (n - i) as f64 / (i + 1) as f64).product()
 }
 
 #[cfg(test)]
