@@ -40,6 +40,8 @@ pub enum EnergyError {
 
 /// Orders of derivatives that there are, the values' among them.
 const ORDERS: usize = crate::MAX_DERIVATIVE + 1;
+/// The entries of `E_0` to `E_order` over no axis.
+const NONE: [f64; ORDERS] = [1.0, 0.0, 0.0, 0.0];
 /// `k over a`.
 const BINOMIAL: [[f64; ORDERS]; ORDERS] =
     [[1.0, 0.0, 0.0, 0.0], [1.0, 1.0, 0.0, 0.0], [1.0, 2.0, 1.0, 0.0], [1.0, 3.0, 3.0, 1.0]];
@@ -185,18 +187,37 @@ impl<const D: usize> DerivativeEnergy<D> {
     /// One entry of `H`, by the multi-indices of its row and its column. Zero where two indices differ by more than the
     /// degree along some axis.
     pub fn entry(&self, row: [usize; D], column: [usize; D]) -> f64 {
-        let mut partial = [0.0; ORDERS];
-        partial[0] = 1.0;
+        let mut partial = NONE;
         for axis in (0..D).rev() {
-            let mut entries = [0.0; ORDERS];
-            for (entry, gram) in entries.iter_mut().zip(&self.grams[axis]) {
-                *entry = gram.get(row[axis], column[axis]);
-            }
-            for k in (0..=self.order).rev() {
-                partial[k] = (0..=k).map(|a| BINOMIAL[k][a] * entries[a] * partial[k - a]).sum();
-            }
+            partial = self.with_axis(&self.gram_entries(axis, row[axis], column[axis]), &partial);
         }
         partial[self.order]
+    }
+
+    /// The entries of one column of `H`, given by its multi-index, in C order over the rows whose indices differ from its by at most the degree
+    /// along every axis.
+    pub fn column(&self, column: [usize; D]) -> Vec<f64> {
+        let mut partial = vec![NONE];
+        for axis in (0..D).rev() {
+            let (first, row) = self.grams[axis][0].row(column[axis]);
+            let rows = (first..first + row.len()).map(|row| self.gram_entries(axis, row, column[axis]));
+            partial = rows.flat_map(|entries| partial.iter().map(move |p| self.with_axis(&entries, p))).collect();
+        }
+        partial.iter().map(|p| p[self.order]).collect()
+    }
+
+    /// An entry of the Gram matrix of every derivative along an axis.
+    fn gram_entries(&self, axis: usize, row: usize, column: usize) -> [f64; ORDERS] {
+        std::array::from_fn(|k| self.grams[axis].get(k).map_or(0.0, |gram| gram.get(row, column)))
+    }
+
+    /// The entries of `E_0` to `E_order` over one axis more, given those of its Gram matrices.
+    fn with_axis(&self, entries: &[f64; ORDERS], partial: &[f64; ORDERS]) -> [f64; ORDERS] {
+        let mut all = [0.0; ORDERS];
+        for k in 0..=self.order {
+            all[k] = (0..=k).map(|a| BINOMIAL[k][a] * entries[a] * partial[k - a]).sum();
+        }
+        all
     }
 
     /// The diagonal of `H` in C order.
@@ -250,6 +271,22 @@ mod tests {
 
     fn multi_index(flat: usize, shape: [usize; 3]) -> [usize; 3] {
         [flat / (shape[1] * shape[2]), flat / shape[2] % shape[1], flat % shape[2]]
+    }
+
+    #[test]
+    fn a_column_has_the_entries_of_its_band() {
+        for order in 1..=2 {
+            let energy = DerivativeEnergy::new(&knots(), order).unwrap();
+            let shape = energy.shape();
+            for column in (0..shape.iter().product()).map(|flat| multi_index(flat, shape)) {
+                let rows = (0..shape.iter().product()).map(|flat| multi_index(flat, shape));
+                let in_band = |row: &[usize; 3]| (0..3).all(|axis| row[axis].abs_diff(column[axis]) <= 3);
+                let (band, rest): (Vec<[usize; 3]>, Vec<_>) = rows.partition(in_band);
+                let entries: Vec<f64> = band.iter().map(|row| energy.entry(*row, column)).collect();
+                assert_eq!(energy.column(column), entries);
+                assert!(rest.iter().all(|row| energy.entry(*row, column) == 0.0));
+            }
+        }
     }
 
     #[test]

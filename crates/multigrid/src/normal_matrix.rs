@@ -34,10 +34,10 @@ impl<const D: usize> NormalEquations<D> {
         let entries = (0..pattern.size())
             .into_par_iter()
             .flat_map_iter(|column| {
-                let c = pattern.multi_index(column);
-                let rows = &pattern.rows[pattern.columns[column]..pattern.columns[column + 1]];
-                let pattern = &pattern;
-                rows.iter().map(move |&row| energy.entry(pattern.multi_index(row), c))
+                // Of its rows in C order the lower triangle has the last ones.
+                let all = energy.column(pattern.multi_index(column));
+                let above = all.len() - (pattern.columns[column + 1] - pattern.columns[column]);
+                all.into_iter().skip(above)
             })
             .collect();
         Self { pattern: Arc::new(pattern), half_bandwidth, energy: entries, analysis: Analysis::default() }
