@@ -245,7 +245,11 @@ impl<const D: usize> Ladder<'_, D> {
             return Ok(());
         }
         let before = self.report.candidates.len();
+        let continued = self.leader_on(rung);
         let first = self.consider(rung, self.scratch())?;
+        if self.options.open && continued.is_some_and(|continued| first.fits() && first.is_same(&continued)) {
+            return Ok(());
+        }
         self.search_from(first, rung)?;
         let options = self.options;
         if D == 3 && rung.halvings == options.first {
@@ -259,6 +263,12 @@ impl<const D: usize> Ladder<'_, D> {
             }
         }
         Ok(())
+    }
+
+    /// What is known of the leader, if it is a candidate on this lattice with its length.
+    fn leader_on(&self, rung: &Rung<D>) -> Option<Verdict> {
+        let here = self.report.choice()?.halvings == rung.halvings;
+        self.leader.as_ref().map(|leader| leader.verdict).filter(|verdict| here && verdict.ratio == rung.ratio())
     }
 
     /// Whether the sides of the leader are about random.
@@ -499,6 +509,27 @@ mod tests {
         assert_eq!(report.choice().unwrap().ratio, 0.2, "{scores:?}");
         let right = points[..2380].iter().filter(|p| f.value_and_gradient(p).1[2] * p[2] > 0.0).count();
         assert!(right >= 2370, "{right}");
+    }
+
+    #[test]
+    fn an_open_curve_that_is_found_again_needs_no_other_length() {
+        let spacing = 0.005;
+        let wave = |x: f64| [x, 0.1 * (9.0 * x).sin()];
+        let points: Vec<[f64; 2]> = (0..200).map(|i| wave(-0.5 + spacing * f64::from(i))).collect();
+        let [found, every] = [true, false].map(|open| {
+            let options = LadderOptions { open, last: 2, ..LadderOptions::new(spacing, 1.0 / spacing) };
+            climb(&points, &[1.0; 200], &knots(0.6, 8), &options).unwrap()
+        });
+        let finest = |report: &LadderReport| -> Vec<Start> {
+            report.candidates.iter().filter(|c| c.halvings == 2).map(|c| c.start).collect()
+        };
+        assert_eq!(finest(&found.2), [Start::Leader, Start::Eigenvector], "{:?}", found.2);
+        assert!(found.2.candidates.iter().all(|c| c.judgement.score > RANDOM), "which says nothing: {:?}", found.2);
+        assert!(finest(&every.2).len() > 2, "{:?}", every.2);
+        for (f, ..) in [&found, &every] {
+            let up = points.iter().filter(|p| f.value_and_gradient(p).1[1] > 0.0).count();
+            assert!(up == 0 || up == 200, "all on one side: {up}");
+        }
     }
 
     #[test]

@@ -70,6 +70,9 @@ pub struct LadderOptions<const D: usize> {
     pub doubtful: f64,
     /// Above this score of the best candidate no further lattice is climbed to.
     pub hopeless: f64,
+    /// Whether the surface may end where the points do, so that the score may say nothing of it: then what no point lies off, and is found
+    /// again from scratch, needs no other length.
+    pub open: bool,
     /// Candidates whose fairness is of third order, if there are to be any.
     pub third_order: Option<ThirdOrderOptions>,
     /// Relative residual of the solves on finer lattices.
@@ -95,6 +98,7 @@ impl<const D: usize> LadderOptions<D> {
             content: 0.1,
             doubtful: 0.25,
             hopeless: f64::INFINITY,
+            open: false,
             third_order: None,
             tolerance: 1e-3,
             normals: KnownNormals::None,

@@ -22,6 +22,9 @@ const PARTS: f64 = 1.8;
 /// Above this score the sides are about as random as coins.
 pub(crate) const RANDOM: f64 = 0.4;
 
+/// Two fits have the same sides where their scores differ by less.
+const SAME: f64 = 1e-3;
+
 /// What decides between two candidates.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Verdict {
@@ -56,6 +59,16 @@ impl Verdict {
             off: 0,
             layered: false,
         }
+    }
+
+    /// Whether no point lies off it, and what they scatter by is nothing.
+    pub(crate) fn fits(&self) -> bool {
+        self.off == 0 && self.noise < LEAST_NOISE
+    }
+
+    /// Whether it has the sides of another one with the same length, going by what the referee says of them.
+    pub(crate) fn is_same(&self, other: &Self) -> bool {
+        (self.score - other.score).abs() < SAME
     }
 
     /// Whether a candidate with a longer length is to be preferred, of which no more than `few` points more may lie off it.

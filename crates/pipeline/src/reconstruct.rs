@@ -234,13 +234,14 @@ pub(crate) fn road<const D: usize>(
     if doubt.is_none() {
         (of_volume, doubt) = volume::verdict(&fitted, options.smoothing.is_some());
     }
+    let mut of_sides = None;
     if doubt.is_none() && options.open {
         let gradients = spline.evaluate(&fitted, Derivatives::Gradient).gradients;
-        doubt = one_sided::doubt(&fitted, &gradients, &fitted_spacing.local);
+        (of_sides, doubt) = one_sided::verdict(&fitted, &gradients, &fitted_spacing.local, &frame);
     }
     let (left_out, far) = (distinct.len() - fitted.len(), points.len() - near.len());
     let mut warnings = warnings::of_stages(&road.stages, options.open);
-    warnings.extend(warning.into_iter().chain(of_volume));
+    warnings.extend(warning.into_iter().chain(of_volume).chain(of_sides));
     warnings.extend(memory.warning(cell));
     warnings.extend(no_room.then(warnings::of_flat_holes));
     warnings.extend(warnings::of_left_out::<D>(left_out, distinct.len()));

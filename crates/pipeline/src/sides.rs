@@ -285,6 +285,7 @@ impl<const D: usize> SideSearch<'_, D> {
                     cancel: cancel.clone(),
                     detail,
                     hopeless: if fewer_follow { HOPELESS } else { WORTH_CLIMBING * self.to_beat },
+                    open: options.open,
                     third_order: third_order.then(|| gefm::ThirdOrderOptions::new(domain.spacing(self.halvings))),
                     ..self.ladder_options(spacing)
                 };

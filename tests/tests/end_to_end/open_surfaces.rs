@@ -207,3 +207,16 @@ fn open_curves_have_ends() {
         assert!(uncovered < result.report.input.spacing, "{uncovered}");
     }
 }
+
+#[test]
+fn turns_above_each_other_are_torn_and_warned_of() {
+    // Two turns of a spiral: what is outside one of them would be inside the next.
+    let turn = |i: i32| f64::from(4 + i).sqrt();
+    let points: Vec<[f64; 2]> = (0..200).map(turn).map(|t| [0.1 * t * t.cos(), 0.1 * t * t.sin()]).collect();
+    let result = reconstruct(&points, &open()).unwrap();
+    assert!(result.report.warnings.iter().any(|w| w.contains("two sides of the curve meet")), "{:?}", result.report);
+    // One turn has two sides everywhere.
+    let one: Vec<[f64; 2]> = points[..60].to_vec();
+    let result = reconstruct(&one, &open()).unwrap();
+    assert!(result.report.warnings.is_empty() && result.report.doubt.is_none(), "{:?}", result.report);
+}

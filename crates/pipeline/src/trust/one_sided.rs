@@ -8,8 +8,9 @@ use std::num::NonZero;
 use kiddo::SquaredEuclidean;
 use rayon::prelude::*;
 
+use crate::points::frame::Frame;
 use crate::points::kd_tree::tree_of;
-use crate::trust::shape_name;
+use crate::trust::{place, shape_name};
 
 /// How many neighbours are looked at.
 const NEIGHBOURS: usize = 6;
@@ -22,24 +23,46 @@ const IN_PLANE: f64 = 0.5;
 
 /// An open surface whose sides meet at more of its points is not to be trusted.
 const ONE_SIDED: f64 = 0.02;
+/// So many points on both sides of a seam are no chance: none were found on sheets that are right, 9 and more on those that are torn.
+const SEAM: usize = 8;
+/// In the plane a seam is a place, with a point on each side.
+const SEAM_OF_CURVE: usize = 2;
 
-/// The doubt, where the sides of an open surface meet at too many of its points; as [`turning`].
-pub fn doubt<const D: usize>(points: &[[f64; D]], gradients: &[[f64; D]], spacing: &[f64]) -> Option<String> {
-    let share = turning(points, gradients, spacing);
-    (share > ONE_SIDED).then(|| {
-        format!(
+/// A warning or a doubt, where the two sides of an open surface meet at some of its points or at too many; as [`turning`].
+pub fn verdict<const D: usize>(
+    points: &[[f64; D]],
+    gradients: &[[f64; D]],
+    spacing: &[f64],
+    frame: &Frame<D>,
+) -> (Option<String>, Option<String>) {
+    let turning = turning(points, gradients, spacing);
+    let share = turning.len() as f64 / points.len() as f64;
+    if share > ONE_SIDED {
+        let doubt = format!(
             "no trustworthy open {} was found: at {:.1} % of the points its two sides meet; it may have one side only, as \
              a Möbius band, or walls closer than its points: try a denser scan, or parts of it",
             shape_name(D),
             100.0 * share
+        );
+        return (None, Some(doubt));
+    }
+    let warning = (turning.len() >= if D == 2 { SEAM_OF_CURVE } else { SEAM }).then(|| {
+        // One that there is, whatever lies between several seams.
+        let place = place(&frame.to_data(&points[turning[turning.len() / 2]]));
+        format!(
+            "the two sides of the {} meet at {} points, as at {place}: it turns over there, or lies above itself like a ramp of several \
+             turns, so that it is torn or joined there; try parts of it",
+            shape_name(D),
+            turning.len()
         )
-    })
+    });
+    (warning, None)
 }
 
-/// Share of the points with a neighbour in their tangent plane where the `gradients` point the other way. `spacing` is local.
-fn turning<const D: usize>(points: &[[f64; D]], gradients: &[[f64; D]], spacing: &[f64]) -> f64 {
+/// The points with a neighbour in their tangent plane where the `gradients` point the other way. `spacing` is local.
+fn turning<const D: usize>(points: &[[f64; D]], gradients: &[[f64; D]], spacing: &[f64]) -> Vec<usize> {
     if points.len() <= NEIGHBOURS {
-        return 0.0;
+        return vec![];
     }
     let dot = |a: &[f64; D], b: &[f64; D]| (0..D).map(|k| a[k] * b[k]).sum::<f64>();
     let normals: Vec<[f64; D]> = gradients
@@ -63,8 +86,7 @@ fn turning<const D: usize>(points: &[[f64; D]], gradients: &[[f64; D]], spacing:
                 && in_plane(&normals[j])
         })
     };
-    let count = (0..points.len()).into_par_iter().filter(|&i| turns(i)).count();
-    count as f64 / points.len() as f64
+    (0..points.len()).into_par_iter().filter(|&i| turns(i)).collect()
 }
 
 #[cfg(test)]
@@ -75,14 +97,35 @@ mod tests {
     fn a_sheet_that_turns_over_is_seen_and_two_walls_are_not() {
         let grid: Vec<[f64; 3]> = (0..400).map(|i| [f64::from(i % 20), f64::from(i / 20), 0.0]).collect();
         let up = vec![[0.0, 0.0, 2.0]; 400];
-        assert_eq!(turning(&grid, &up, &[1.0; 400]), 0.0);
+        assert!(turning(&grid, &up, &[1.0; 400]).is_empty());
         let mut turned = up.clone();
         turned[200..].iter_mut().for_each(|normal| normal[2] = -2.0);
         // A row of twenty on each side of the middle.
-        assert_eq!(turning(&grid, &turned, &[1.0; 400]), 0.1);
+        assert_eq!(turning(&grid, &turned, &[1.0; 400]), (180..220).collect::<Vec<_>>());
         let walls: Vec<[f64; 3]> =
             grid.iter().enumerate().map(|(i, p)| [p[0], p[1] % 10.0, if i < 200 { 0.0 } else { 1.0 }]).collect();
-        assert_eq!(turning(&walls, &turned, &[1.0; 400]), 0.0);
+        assert!(turning(&walls, &turned, &[1.0; 400]).is_empty());
+    }
+
+    #[test]
+    fn a_seam_is_warned_of_and_many_are_a_doubt() {
+        let judged = |side: u32, turned: bool| {
+            let grid: Vec<[f64; 3]> = (0..side * side).map(|i| [i / side, i % side, 0].map(f64::from)).collect();
+            let up = |p: &[f64; 3]| if turned && p[0] >= f64::from(side / 2) { -1.0 } else { 1.0 };
+            let normals: Vec<[f64; 3]> = grid.iter().map(|p| [0.0, 0.0, up(p)]).collect();
+            verdict(
+                &grid,
+                &normals,
+                &vec![1.0; grid.len()],
+                &Frame { origin: [10.0, 0.0, 0.0], scale: 0.5, sides: [1.0; 3] },
+            )
+        };
+        assert_eq!(judged(50, false), (None, None));
+        // A hundred of 2500, and two of every row of 120.
+        let (warning, doubt) = judged(50, true);
+        assert!(warning.is_none() && doubt.is_some_and(|doubt| doubt.contains("4.0 %")));
+        let (warning, doubt) = judged(120, true);
+        assert!(doubt.is_none() && warning.is_some_and(|w| w.contains("at 240 points, as at (130.0, 0, 0)")));
     }
 
     #[test]
@@ -93,6 +136,6 @@ mod tests {
         let side = |x: f64, first: f64| (0..20).map(move |i| first + f64::from(i)).map(move |t| [x * s * t, -c * t]);
         let points: Vec<[f64; 2]> = side(1.0, 0.5).chain(side(-1.0, 0.1)).collect();
         let normals: Vec<[f64; 2]> = (0..40).map(|i| [if i < 20 { c } else { -c }, s]).collect();
-        assert_eq!(turning(&points, &normals, &[1.0; 40]), 0.0);
+        assert!(turning(&points, &normals, &[1.0; 40]).is_empty());
     }
 }
