@@ -30,7 +30,7 @@ pub const FAULTS: &[Fault] = &[
     ),
     fault("bspline", "bounds.rs", "(least.min(*c), most.max(*c))", "(least.min(*c), most.min(*c))"),
     fault("bspline", "edge_cubic.rs", "b + t * (2.0 * c + t * (3.0 * d))", "b + t * (2.0 * c + t * (2.0 * d))"),
-    fault("bspline", "energy.rs", "(binomial(k, a) * g, partial(first + t, k - a))", "(*g, partial(first + t, k - a))"),
+    fault("bspline", "energy.rs", "(BINOMIAL[k][a] * g, partial(first + t, k - a))", "(*g, partial(first + t, k - a))"),
     fault("bspline", "tensor.rs", "*o += a * v;", "*o = a * v;"),
     fault("bspline", "knot_vector.rs", "inner.partition_point(|&t| t <= x)", "inner.partition_point(|&t| t < x)"),
     fault(
