@@ -118,6 +118,26 @@ impl CellPoints {
         Ok(Self { width, depth, strides, cells, values, merged, slab, slabs })
     }
 
+    /// Coefficients of a point along three axes.
+    pub(crate) fn extent(&self) -> [usize; 3] {
+        [self.depth, self.width, self.width]
+    }
+
+    /// Strides of three axes.
+    pub(crate) fn strides(&self) -> [usize; 3] {
+        [self.strides[0], self.strides[1], 1]
+    }
+
+    /// Calls `visit` with every point's first coefficient and its basis values along three axes, of which the first contain
+    /// `√ω`, in the order of the first coefficients.
+    pub(crate) fn for_each_point(&self, mut visit: impl FnMut(usize, &[f64])) {
+        let per_point = self.depth + 2 * self.width;
+        for cell in &self.cells {
+            let values = &self.values[cell.points.start * per_point..cell.points.end * per_point];
+            values.chunks_exact(per_point).for_each(|value| visit(cell.first, value));
+        }
+    }
+
     /// Calls `visit` with every cell's first coefficient and its `Σ ωᵢ qᵢ qᵢᵀ`, row after row.
     pub(crate) fn for_each_matrix(&self, mut visit: impl FnMut(usize, &[f64])) {
         let entries = self.depth * self.width * self.width;

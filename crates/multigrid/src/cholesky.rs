@@ -77,6 +77,26 @@ impl Factor {
     ) -> Result<Self, FactorError> {
         let size = pattern.size();
         let structure = SymbolicSparseColMatRef::new_checked(size, size, &pattern.columns, None, &pattern.rows);
+        Self::numeric(symbolic, structure, entries)
+    }
+
+    /// Of a matrix given by the lower half of its columns: where each begins, with one more for the end, the rows of its
+    /// entries, and those.
+    pub(crate) fn sparse(starts: &[usize], rows: &[usize], entries: &[f64]) -> Result<Self, FactorError> {
+        let size = starts.len() - 1;
+        let structure = SymbolicSparseColMatRef::new_checked(size, size, starts, None, rows);
+        let order = SymmetricOrdering::Amd;
+        let symbolic = factorize_symbolic_cholesky(structure, Side::Lower, order, CholeskySymbolicParams::default())
+            .map_err(|_| FactorError::OutOfMemory { unknowns: size })?;
+        Self::numeric(Arc::new(symbolic), structure, entries)
+    }
+
+    fn numeric(
+        symbolic: Arc<SymbolicCholesky<usize>>,
+        structure: SymbolicSparseColMatRef<usize>,
+        entries: &[f64],
+    ) -> Result<Self, FactorError> {
+        let size = structure.ncols();
         let mut values = vec![0.0; symbolic.len_val()];
         // Sequential: a parallel factorisation would round differently for another number of threads.
         let scratch = symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Default::default());

@@ -80,6 +80,7 @@ mod separable_energy;
 mod smoother;
 mod spectrum;
 mod step_norm;
+mod stiff_points;
 mod transfer;
 mod vectors;
 

@@ -50,8 +50,12 @@ struct Level<const D: usize> {
 
 impl<const D: usize> Level<D> {
     /// `transfer` goes to the next coarser level.
-    fn new(operator: NormalOperator<D>, transfer: Arc<Transfer<D>>) -> Self {
-        Self { smoother: operator.in_pool(|| Smoother::new(transfer.fine(), &operator)), operator, transfer }
+    ///
+    /// # Errors
+    /// If memory does not suffice.
+    fn new(operator: NormalOperator<D>, transfer: Arc<Transfer<D>>) -> Result<Self, FactorError> {
+        let smoother = operator.in_pool(|| Smoother::new(transfer.fine(), &operator))?;
+        Ok(Self { smoother, operator, transfer })
     }
 }
 
@@ -107,7 +111,7 @@ impl<const D: usize> Multigrid<D> {
         let finer = self.knots.each_ref().map(KnotVector::halved);
         let operator = NormalOperator::new(&finer, points, weights, self.energy_weight)?;
         let transfer = Transfer::new(&self.knots, &finer)?;
-        self.levels.insert(0, Level::new(operator, Arc::new(transfer)));
+        self.levels.insert(0, Level::new(operator, Arc::new(transfer))?);
         Ok(Self { knots: finer, vectors: Scratch::new(), ..self })
     }
 
@@ -119,7 +123,7 @@ impl<const D: usize> Multigrid<D> {
     pub fn reweighted(&self, energy_weight: f64) -> Result<Self, MultigridError> {
         let mut levels = Vec::with_capacity(self.levels.len());
         for level in &self.levels {
-            levels.push(Level::new(level.operator.reweighted(energy_weight)?, Arc::clone(&level.transfer)));
+            levels.push(Level::new(level.operator.reweighted(energy_weight)?, Arc::clone(&level.transfer))?);
         }
         let Bottom { operator, equations, data, .. } = &self.bottom;
         let operator = operator.reweighted(energy_weight)?;

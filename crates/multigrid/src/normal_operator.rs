@@ -120,6 +120,11 @@ impl<const D: usize> NormalOperator<D> {
         if self.energy.is_small() && self.points.is_small() { work() } else { rayon::scope(|_| work()) }
     }
 
+    /// The diagonal of `w H`.
+    pub(crate) fn energy_diagonal(&self) -> Vec<f64> {
+        self.energy.diagonal()
+    }
+
     /// The diagonal of `A`.
     pub fn diagonal(&self) -> &[f64] {
         &self.diagonal

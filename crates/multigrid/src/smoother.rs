@@ -3,9 +3,11 @@
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
+use crate::cholesky::FactorError;
 use crate::normal_operator::NormalOperator;
 use crate::scratch::Scratch;
 use crate::spectrum::largest_eigenvalue;
+use crate::stiff_points::{StiffCorrection, StiffPoints};
 use crate::vectors::add_scaled;
 
 /// Steps to estimate the largest eigenvalue, from which the smoothing starts.
@@ -25,6 +27,8 @@ const FEW: usize = 1 << 15;
 
 /// `B = D^-½ (F ⊗ F [⊗ F]) D^-½` with the diagonal `D` of `A` and `F = tridiag(−a, 1, −a)`, and Chebyshev steps with it.
 ///
+/// `D` and `B` are those of `A` without its [stiff points](StiffPoints), which are then added to `B⁻¹` as they are.
+///
 /// With `F = 1` this is Chebyshev–Jacobi. But the mass matrices in `H` make functions that oscillate along several axes
 /// nearly as cheap as smooth ones (by a factor of 38 for cubics in 3D), out of reach for the coarse lattice and for Jacobi's
 /// method alike. `F` raises them.
@@ -34,7 +38,10 @@ pub(crate) struct Smoother<const D: usize> {
     /// `D^-½`.
     scale: Vec<f64>,
     largest: f64,
+    /// What `B` becomes by the points that are stiff.
+    stiff: Option<StiffCorrection>,
     partial: Scratch<Vec<f64>>,
+    corrected: Scratch<[Vec<f64>; 2]>,
 }
 
 /// Vectors of one level.
@@ -72,12 +79,21 @@ impl Vectors {
 }
 
 impl<const D: usize> Smoother<D> {
-    pub(crate) fn new(shape: [usize; D], operator: &NormalOperator<D>) -> Self {
-        let scale = operator.diagonal().iter().map(|d| 1.0 / d.sqrt()).collect();
-        let mut smoother = Self { shape, scale, largest: 1.0, partial: Scratch::new() };
+    /// # Errors
+    /// If memory does not suffice.
+    pub(crate) fn new(shape: [usize; D], operator: &NormalOperator<D>) -> Result<Self, FactorError> {
+        let energy = operator.energy_diagonal();
+        let points = StiffPoints::new(operator.points(), operator.diagonal(), &energy);
+        let diagonal = points.taken_from(operator.diagonal(), &energy);
+        let scale: Vec<f64> = diagonal.iter().map(|d| 1.0 / d.sqrt()).collect();
+        let mut three = [1; 3];
+        three[3 - D..].copy_from_slice(&shape);
+        let stiff = points.beside(three, &scale, FILTER)?;
+        let mut smoother =
+            Self { shape, scale, largest: 1.0, stiff, partial: Scratch::new(), corrected: Scratch::new() };
         let inverse = |r: &[f64], z: &mut [f64]| smoother.direction(r, 0.0, 1.0, z, None);
         smoother.largest = largest_eigenvalue(LANCZOS, operator.diagonal(), |x, y| operator.apply(x, y), inverse);
-        smoother
+        Ok(smoother)
     }
 
     /// Chebyshev steps on `A x = b`, from `x` and the residual that belongs to it (Saad 2003, algorithm 12.1). The residual
@@ -101,6 +117,18 @@ impl<const D: usize> Smoother<D> {
 
     /// `d ← α d + β B r`, and `x ← x + d`.
     fn direction(&self, r: &[f64], alpha: f64, beta: f64, d: &mut [f64], x: Option<&mut [f64]>) {
+        let Some(stiff) = &self.stiff else { return self.filtered(r, alpha, beta, d, x) };
+        let new = || [vec![0.0; r.len()], vec![0.0; r.len()]];
+        self.corrected.with(new, |[z, corrected]| {
+            self.filtered(r, 0.0, 1.0, z, None);
+            corrected.copy_from_slice(r);
+            stiff.correct(z, corrected);
+            self.filtered(corrected, alpha, beta, d, x);
+        });
+    }
+
+    /// The same without what stiff points change.
+    fn filtered(&self, r: &[f64], alpha: f64, beta: f64, d: &mut [f64], x: Option<&mut [f64]>) {
         let plane: usize = self.shape[1..].iter().product();
         let (last, few, chunk) = (self.shape[D - 1], r.len() < FEW, 4 * plane);
         let within = |buffer: &mut Vec<f64>, (out, (r, scale)): (&mut [f64], (&[f64], &[f64]))| {
