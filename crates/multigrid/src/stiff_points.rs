@@ -8,8 +8,8 @@ use rayon::prelude::*;
 use crate::cell_points::CellPoints;
 use crate::cholesky::{Factor, FactorError};
 
-/// From which `ω qᵀ D⁻¹ q` on, with the diagonal `D` of `A`, a point weighs more than the others where it is. Over all points that
-/// sums up to no more than the number of coefficients that they touch.
+/// From which `ω qᵀ D⁻¹ q` on, the sum of its shares of the diagonal `D` of `A`, a point may be stiff: where others are near, none has
+/// so much. Over all points that sums up to no more than the number of coefficients that they touch.
 const ALONE: f64 = 1.0;
 
 /// From which `ω qᵀ E⁻¹ q` on, with the diagonal `E` of the energy, a point is stiff. Below, conjugate gradients take hardly fewer
@@ -165,7 +165,8 @@ impl StiffPoints {
                 scaled.values.extend(line.iter().zip(&scale[start..]).map(|(q, s)| q * s));
             }
         }
-        // The lower half of 1 + (S Q)ᵀ F (S Q), column by column.
+        // The lower half of 1 + (S Q)ᵀ F (S Q), column by column. The first axis that has coefficients orders the columns.
+        let slowest = usize::from(shape[0] == 1);
         let corners: Vec<[usize; 3]> = self.patches.iter().map(Patch::corner).collect();
         let (mut starts, mut rows, mut entries) = (vec![0], Vec::new(), Vec::new());
         let mut image = vec![0.0; scale.len()];
@@ -175,10 +176,10 @@ impl StiffPoints {
             (0..3).for_each(|axis| wider.filter(axis, a, &mut image));
             for (row, (other, p)) in scaled.columns().enumerate().skip(column) {
                 let apart = |axis: usize| corners[row][axis].abs_diff(corners[column][axis]) > reach;
-                if apart(0) {
+                if apart(slowest) {
                     break;
                 }
-                if !apart(1) && !apart(2) {
+                if !(slowest..3).any(apart) {
                     rows.push(row);
                     entries.push(other.product(p, &image) + if row == column { 1.0 } else { 0.0 });
                 }
