@@ -92,12 +92,8 @@ pub const FAULTS: &[Fault] = &[
         "self.xx + 2.0 * alpha * self.xp + alpha * alpha * self.pp",
         "self.xx + alpha * self.xp + alpha * alpha * self.pp",
     ),
-    fault(
-        "multigrid",
-        "smoother.rs",
-        "operator.diagonal().iter().map(|d| 1.0 / d.sqrt())",
-        "operator.diagonal().iter().map(|d| 1.0 / d)",
-    ),
+    fault("multigrid", "smoother.rs", "diagonal.iter().map(|d| 1.0 / d.sqrt())", "diagonal.iter().map(|d| 1.0 / d)"),
+    fault("multigrid", "stiff_points.rs", "x[at] - a * (before + after)", "x[at] + a * (before + after)"),
     fault("multigrid", "separable_energy.rs", "s * e0 + 2.0 * k * e1 + m * e2", "s * e0 + k * e1 + m * e2"),
     fault(
         "multigrid",
