@@ -19,6 +19,23 @@ pub(crate) struct CellTask<'p> {
 /// Coefficients of one cell.
 type Local<const X: usize, const W: usize> = [[[f64; W]; W]; X];
 
+/// Calls a method with the numbers of basis functions as constants. Other degrees have no thin-plate energy; no points, no widths.
+macro_rules! with_sizes {
+    ($task:ident.$method:ident($($argument:expr),*)) => {
+        match $task.shape {
+            (1, 3) => $task.$method::<1, 3>($($argument),*),
+            (1, 4) => $task.$method::<1, 4>($($argument),*),
+            (1, 5) => $task.$method::<1, 5>($($argument),*),
+            (1, 6) => $task.$method::<1, 6>($($argument),*),
+            (3, 3) => $task.$method::<3, 3>($($argument),*),
+            (4, 4) => $task.$method::<4, 4>($($argument),*),
+            (5, 5) => $task.$method::<5, 5>($($argument),*),
+            (6, 6) => $task.$method::<6, 6>($($argument),*),
+            _ => {}
+        }
+    };
+}
+
 impl CellTask<'_> {
     /// Adds `Σ ωᵢ qᵢ (qᵢᵀ x)` of the cells' points.
     pub(crate) fn apply(&self, x: &[f64], out: &mut [f64]) {
@@ -27,42 +44,59 @@ impl CellTask<'_> {
 
     /// Adds `Σ ωᵢ qᵢ²`.
     pub(crate) fn add_diagonal(&self, out: &mut [f64]) {
-        match self.shape {
-            (1, 3) => self.squares::<1, 3>(out),
-            (1, 4) => self.squares::<1, 4>(out),
-            (1, 5) => self.squares::<1, 5>(out),
-            (1, 6) => self.squares::<1, 6>(out),
-            (3, 3) => self.squares::<3, 3>(out),
-            (4, 4) => self.squares::<4, 4>(out),
-            (5, 5) => self.squares::<5, 5>(out),
-            (6, 6) => self.squares::<6, 6>(out),
-            _ => {}
-        }
+        with_sizes!(self.squares(out));
     }
 
     fn squares<const X: usize, const W: usize>(&self, out: &mut [f64]) {
         for cell in self.cells {
             let mut sum = [[[0.0; W]; W]; X];
-            for value in
-                self.values[cell.points.start * (X + 2 * W)..cell.points.end * (X + 2 * W)].chunks_exact(X + 2 * W)
-            {
-                let (x, y, z) = factors::<X, W>(value);
-                scatter(&mut sum, &x.map(|v| v * v), &y.map(|v| v * v), &z.map(|v| v * v), 1.0);
+            for (x, y, z) in self.squared::<X, W>(cell) {
+                scatter(&mut sum, &x, &y, &z, 1.0);
             }
             self.add(cell, &sum, out);
         }
     }
 
+    /// Calls `visit` with every point's place in the sorted order, its cell, and `Σ c ω q²` with the coefficients `c`.
+    pub(crate) fn weigh(&self, c: &[f64], visit: impl FnMut(usize, &Cell, f64)) {
+        with_sizes!(self.sums(c, visit));
+    }
+
+    fn sums<const X: usize, const W: usize>(&self, c: &[f64], mut visit: impl FnMut(usize, &Cell, f64)) {
+        for cell in self.cells {
+            let local = self.local::<X, W>(cell, c);
+            for (point, (x, y, z)) in cell.points.clone().zip(self.squared(cell)) {
+                visit(point, cell, gather(&local, &x, &y, &z));
+            }
+        }
+    }
+
+    /// The squares of every point's basis values.
+    fn squared<const X: usize, const W: usize>(
+        &self,
+        cell: &Cell,
+    ) -> impl Iterator<Item = ([f64; X], [f64; W], [f64; W])> {
+        let per_point = X + 2 * W;
+        let values = self.values[cell.points.start * per_point..cell.points.end * per_point].chunks_exact(per_point);
+        values.map(factors::<X, W>).map(|(x, y, z)| (x.map(|v| v * v), y.map(|v| v * v), z.map(|v| v * v)))
+    }
+
+    #[inline(always)]
+    fn local<const X: usize, const W: usize>(&self, cell: &Cell, coefficients: &[f64]) -> Local<X, W> {
+        let mut local: Local<X, W> = [[[0.0; W]; W]; X];
+        for i in 0..X {
+            for j in 0..W {
+                let start = cell.first + i * self.strides[0] + j * self.strides[1];
+                local[i][j].copy_from_slice(&coefficients[start..start + W]);
+            }
+        }
+        local
+    }
+
     #[inline(always)]
     fn visit<const X: usize, const W: usize>(&self, coefficients: &[f64], out: &mut [f64]) {
         for cell in self.cells {
-            let mut local: Local<X, W> = [[[0.0; W]; W]; X];
-            for i in 0..X {
-                for j in 0..W {
-                    let start = cell.first + i * self.strides[0] + j * self.strides[1];
-                    local[i][j].copy_from_slice(&coefficients[start..start + W]);
-                }
-            }
+            let local = self.local::<X, W>(cell, coefficients);
             let mut sum: Local<X, W> = [[[0.0; W]; W]; X];
             match cell.merged {
                 Some(begin) => {
@@ -114,16 +148,9 @@ impl WithSimd for Apply<'_, '_> {
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { task, x, out } = self;
         match task.shape {
-            (1, 3) => task.visit::<1, 3>(x, out),
             (1, 4) => task.visit_cubic::<S, 1>(simd, x, out),
-            (1, 5) => task.visit::<1, 5>(x, out),
-            (1, 6) => task.visit::<1, 6>(x, out),
-            (3, 3) => task.visit::<3, 3>(x, out),
             (4, 4) => task.visit_cubic::<S, 4>(simd, x, out),
-            (5, 5) => task.visit::<5, 5>(x, out),
-            (6, 6) => task.visit::<6, 6>(x, out),
-            // Other degrees have no thin-plate energy; no points, no widths.
-            _ => {}
+            _ => with_sizes!(task.visit(x, out)),
         }
     }
 }
@@ -185,6 +212,18 @@ fn scatter<const X: usize, const W: usize>(
     }
 }
 
+/// Appends `q`, the products of a point's basis values along three axes.
+#[inline(always)]
+pub(crate) fn expand((depth, width): (usize, usize), value: &[f64], q: &mut Vec<f64>) {
+    let (x, rest) = value.split_at(depth);
+    let (y, z) = rest.split_at(width);
+    for x in x {
+        for y in y {
+            q.extend(z.iter().map(|z| x * y * z));
+        }
+    }
+}
+
 /// Adds `Σ q qᵀ` of points whose basis values are given one point after the other.
 pub(crate) fn local_matrix(shape: (usize, usize), values: &[f64], out: &mut [f64]) {
     Arch::new().dispatch(Merge { shape, values, out });
@@ -204,14 +243,8 @@ impl WithSimd for Merge<'_> {
         let (depth, width) = self.shape;
         let mut q = Vec::with_capacity(depth * width * width);
         for value in self.values.chunks_exact(depth + 2 * width) {
-            let (x, rest) = value.split_at(depth);
-            let (y, z) = rest.split_at(width);
             q.clear();
-            for x in x {
-                for y in y {
-                    q.extend(z.iter().map(|z| x * y * z));
-                }
-            }
+            expand((depth, width), value, &mut q);
             for (row, a) in self.out.chunks_exact_mut(q.len()).zip(&q) {
                 for (entry, b) in row.iter_mut().zip(&q) {
                     *entry += a * b;

@@ -45,6 +45,9 @@ const SLAB: usize = 5;
 /// Below this many points tasks are not worth their overhead.
 const FEW: usize = 4096;
 
+/// Cells of a task that writes nothing to coefficients.
+const CELLS: usize = 1024;
+
 impl CellPoints {
     /// Sorts the points. All knots have the same degree; `weights` are finite and not negative.
     ///
@@ -128,28 +131,37 @@ impl CellPoints {
         [self.strides[0], self.strides[1], 1]
     }
 
-    /// Calls `visit` with every point's first coefficient and its basis values along three axes, of which the first contain
-    /// `√ω`, in the order of the first coefficients.
-    pub(crate) fn for_each_point(&self, mut visit: impl FnMut(usize, &[f64])) {
+    /// The points with `ω qᵀ diag(c) q > least`, in the order of their first coefficients: that one, and the basis values along three
+    /// axes, of which the first contain `√ω`.
+    pub(crate) fn heavier(&self, c: &[f64], least: f64) -> Vec<(usize, &[f64])> {
+        let of = |cells: &[Cell]| {
+            let mut heavier = Vec::new();
+            self.task(cells, 0).weigh(c, |point, cell, sum| {
+                if sum > least {
+                    heavier.push((cell.first, self.values_of(point..point + 1)));
+                }
+            });
+            heavier
+        };
+        if self.is_small() { of(&self.cells) } else { self.cells.par_chunks(CELLS).flat_map_iter(of).collect() }
+    }
+
+    /// Basis values of points, one point after the other.
+    fn values_of(&self, points: Range<usize>) -> &[f64] {
         let per_point = self.depth + 2 * self.width;
-        for cell in &self.cells {
-            let values = &self.values[cell.points.start * per_point..cell.points.end * per_point];
-            values.chunks_exact(per_point).for_each(|value| visit(cell.first, value));
-        }
+        &self.values[points.start * per_point..points.end * per_point]
     }
 
     /// Calls `visit` with every cell's first coefficient and its `Σ ωᵢ qᵢ qᵢᵀ`, row after row.
     pub(crate) fn for_each_matrix(&self, mut visit: impl FnMut(usize, &[f64])) {
         let entries = self.depth * self.width * self.width;
-        let per_point = self.depth + 2 * self.width;
         let mut matrix = vec![0.0; entries * entries];
         for cell in &self.cells {
             match cell.merged {
                 Some(begin) => visit(cell.first, &self.merged[begin..begin + entries * entries]),
                 None => {
                     matrix.fill(0.0);
-                    let values = &self.values[cell.points.start * per_point..cell.points.end * per_point];
-                    local_matrix((self.depth, self.width), values, &mut matrix);
+                    local_matrix((self.depth, self.width), self.values_of(cell.points.clone()), &mut matrix);
                     visit(cell.first, &matrix);
                 }
             }

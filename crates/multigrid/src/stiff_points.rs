@@ -5,6 +5,7 @@
 
 use rayon::prelude::*;
 
+use crate::cell_kernel::expand;
 use crate::cell_points::CellPoints;
 use crate::cholesky::{Factor, FactorError};
 
@@ -108,33 +109,32 @@ pub(crate) struct StiffPoints {
 impl StiffPoints {
     /// Those of the `points` that are stiff beside the diagonals of `A` and of the energy in it.
     pub(crate) fn new(points: &CellPoints, diagonal: &[f64], energy: &[f64]) -> Self {
+        let inverse: Vec<f64> = diagonal.iter().map(|d| 1.0 / d).collect();
         let [depth, width, _] = points.extent();
         let mut stiff = Self { patches: Vec::new(), values: Vec::new() };
         let mut q = Vec::with_capacity(depth * width * width);
-        points.for_each_point(|first, value| {
-            let (x, rest) = value.split_at(depth);
-            let (y, z) = rest.split_at(width);
-            let planes = x.iter().flat_map(|x| y.iter().map(move |y| x * y));
+        for (first, value) in points.heavier(&inverse, ALONE) {
             q.clear();
-            q.extend(planes.flat_map(|xy| z.iter().map(move |z| xy * z)));
+            expand((depth, width), value, &mut q);
             let patch = Patch { first, extent: points.extent(), strides: points.strides() };
-            let beside = |diagonal: &[f64]| -> f64 {
-                let line = |(start, line): (usize, &[f64])| -> f64 {
-                    line.iter().zip(&diagonal[start..]).map(|(q, d)| q * q / d).sum()
-                };
-                patch.lines().zip(q.chunks_exact(width)).map(line).sum()
+            let beside = |(start, line): (usize, &[f64])| -> f64 {
+                line.iter().zip(&energy[start..]).map(|(q, e)| q * q / e).sum()
             };
-            if beside(diagonal) > ALONE && beside(energy) > STIFF {
+            if patch.lines().zip(q.chunks_exact(width)).map(beside).sum::<f64>() > STIFF {
                 stiff.patches.push(patch);
                 stiff.values.extend_from_slice(&q);
             }
-        });
+        }
         stiff
     }
 
-    fn columns(&self) -> impl ExactSizeIterator<Item = (&Patch, &[f64])> {
-        let each = self.patches.first().map_or(1, Patch::size);
-        self.patches.iter().zip(self.values.chunks_exact(each))
+    /// Numbers of each column.
+    fn each(&self) -> usize {
+        self.patches.first().map_or(1, Patch::size)
+    }
+
+    fn columns(&self) -> impl Iterator<Item = (&Patch, &[f64])> {
+        self.patches.iter().zip(self.values.chunks_exact(self.each()))
     }
 
     /// The diagonal of `A − Q Qᵀ`, and no less than that of the energy, which rounding could take away with the rest.
@@ -201,12 +201,13 @@ pub(crate) struct StiffCorrection {
 impl StiffCorrection {
     /// `r ← r − Q (1 + Qᵀ B Q)⁻¹ Qᵀ z` for `z = B r`.
     pub(crate) fn correct(&self, z: &[f64], r: &mut [f64]) {
-        let columns = self.points.columns();
-        let products: Vec<f64> = if columns.len() < FEW {
-            columns.map(|(patch, q)| patch.product(q, z)).collect()
+        let StiffPoints { patches, values } = &self.points;
+        let product = |(patch, q): (&Patch, &[f64])| patch.product(q, z);
+        let products: Vec<f64> = if patches.len() < FEW {
+            self.points.columns().map(product).collect()
         } else {
-            let columns: Vec<_> = columns.collect();
-            columns.into_par_iter().with_min_len(FEW / 4).map(|(patch, q)| patch.product(q, z)).collect()
+            let columns = patches.par_iter().zip(values.par_chunks_exact(self.points.each()));
+            columns.with_min_len(FEW / 4).map(product).collect()
         };
         for ((patch, q), factor) in self.points.columns().zip(self.factor.solve(&products)) {
             patch.update(q, r, |r, q| r - factor * q);
