@@ -109,6 +109,12 @@ const NOISE: f64 = 0.25;
 /// farther from ½ than the other number: what is thinner than the cells shows in one or the other.
 const MISSED: f64 = 0.75;
 const BESIDE: f64 = 0.45;
+/// Where more than this share of the points lie off together with those around them, what does not show in W is wrong: gaps or walls have been
+/// filled or passed by.
+const LEFT: f64 = 0.1;
+/// And where more than this share of the points are of a wall or a gap thinner than the cells, there are holes in it between them, though all
+/// have the right side.
+const FACING: f64 = 0.02;
 /// A finer candidate is taken if its score is above the leader's by no more than this: it sees more detail, and the score
 /// of right answers differs by about as much from lattice to lattice.
 const SLACK: f64 = 0.01;
@@ -146,7 +152,7 @@ impl<const D: usize> Ladder<'_, D> {
         if leader.verdict.score > self.options.hopeless {
             return false;
         }
-        if leader.verdict.beyond_noise > self.options.doubtful {
+        if self.leaves_points(leader) || leader.verdict.beyond_noise > self.options.doubtful {
             return true;
         }
         let (_, low, high) = self.base[0].cells().next().unwrap_or_default();
@@ -154,9 +160,24 @@ impl<const D: usize> Ladder<'_, D> {
         let mut distances: Vec<f64> = leader.distances.iter().map(|d| d.abs()).collect();
         distances.sort_unstable_by(f64::total_cmp);
         let beside = |(winding, area): (&f64, &f64)| *area > 0.0 && (winding - 0.5).abs() > BESIDE;
-        let missed = distances.last().is_some_and(|largest| *largest > MISSED * self.options.detail)
-            || leader.winding.iter().zip(self.areas).any(beside);
-        missed && distances[distances.len() / 2] < NOISE * cell
+        let missed = || {
+            distances.last().is_some_and(|largest| *largest > MISSED * self.options.detail)
+                || leader.winding.iter().zip(self.areas).any(beside)
+                || self.facing_share(2.0 * cell) > FACING
+        };
+        distances[distances.len() / 2] < NOISE * cell && missed()
+    }
+
+    /// The share of the points near which, within `reach`, another one is on a sheet that faces theirs.
+    fn facing_share(&self, reach: f64) -> f64 {
+        let normals = self.directions();
+        let heard = |of: &[[f64; D]]| -> Vec<[f64; D]> { self.heard.iter().map(|i| of[*i]).collect() };
+        self.patches.facing_share(&heard(self.points), &heard(&normals), reach)
+    }
+
+    /// Whether more than a few points lie off it together with those around them.
+    fn leaves_points(&self, leader: &Leader<D>) -> bool {
+        leader.verdict.off as f64 > LEFT * self.heard.len() as f64
     }
 
     /// Sampson distances of the points that are heard.
@@ -176,10 +197,13 @@ impl<const D: usize> Ladder<'_, D> {
         };
         if self.leader.is_some() {
             self.consider(&rung, self.next())?;
-            if let Some(ratio) = self.shorter(ratio) {
-                // Wide cells may have called for a length that narrower ones do not need.
+            // Wide cells may have called for a length that narrower ones do not need, or for one several times as long.
+            let mut shorter = self.shorter(ratio);
+            while let Some(ratio) = shorter {
                 rung.set_ratio(ratio)?;
                 self.consider(&rung, self.next())?;
+                let goes_on = self.leader.as_ref().is_some_and(|leader| self.leaves_points(leader));
+                shorter = self.shorter(ratio).filter(|_| goes_on);
             }
         }
         match &self.leader {
@@ -430,6 +454,14 @@ mod tests {
         [knots.clone(), knots]
     }
 
+    /// Random numbers from 0 to 1: a linear congruence.
+    fn congruence(mut state: u64) -> impl FnMut() -> f64 {
+        move || {
+            state = state.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(0x1405_7b7e_f767_814f);
+            (state >> 11) as f64 / (1u64 << 53) as f64
+        }
+    }
+
     #[test]
     fn a_wall_thinner_than_a_cell_needs_the_short_length() {
         // A bar 0.9 × 0.03 on cells of 0.075, points 0.01 apart: ℓ above half the wall welds its sides.
@@ -483,12 +515,8 @@ mod tests {
 
     #[test]
     fn sides_that_are_random_do_not_show_the_way() {
-        // A plate 1 × 0.7 × 0.02, less than a spacing thick, with its rim; random points (a linear congruence).
-        let mut state = 5u64;
-        let mut uniform = || {
-            state = state.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(0x1405_7b7e_f767_814f);
-            (state >> 11) as f64 / (1u64 << 53) as f64
-        };
+        // A plate 1 × 0.7 × 0.02, less than a spacing thick, with its rim.
+        let mut uniform = congruence(5);
         let wall = |i: usize| if i.is_multiple_of(2) { 0.01 } else { -0.01 };
         let mut points: Vec<[f64; 3]> =
             (0..2380).map(|i| [uniform() - 0.5, 0.7 * (uniform() - 0.5), wall(i)]).collect();
@@ -509,6 +537,99 @@ mod tests {
         assert_eq!(report.choice().unwrap().ratio, 0.2, "{scores:?}");
         let right = points[..2380].iter().filter(|p| f.value_and_gradient(p).1[2] * p[2] > 0.0).count();
         assert!(right >= 2370, "{right}");
+    }
+
+    /// Random points of a sphere and of another one inside, a spacing away, the share of them whose side is right, and the ladder's report.
+    fn shell() -> (f64, LadderReport) {
+        let (count, mut random) = (6000_usize, congruence(1));
+        let spacing = (7.6 * std::f64::consts::PI / count as f64).sqrt();
+        let radius = |i: usize| if i.is_multiple_of(2) { 1.0 } else { 1.0 - spacing };
+        let points: Vec<[f64; 3]> = (0..count)
+            .map(|i| {
+                let (z, angle) = (2.0 * random() - 1.0, std::f64::consts::TAU * random());
+                let ring = (1.0 - z * z).sqrt();
+                [ring * angle.cos(), ring * angle.sin(), z].map(|x| radius(i) * x)
+            })
+            .collect();
+        let knots = [0; 3].map(|_| KnotVector::uniform(3, -1.25, 0.25, 10).unwrap());
+        let options = LadderOptions { last: 2, ..LadderOptions::new(spacing, spacing.powi(-2)) };
+        let (f, _, report) = climb(&points, &vec![1.0; count], &knots, &options).unwrap();
+        let outward = |(i, p): (usize, &[f64; 3])| {
+            let (_, gradient) = f.value_and_gradient(p);
+            let along = (0..3).map(|axis| gradient[axis] * p[axis]).sum::<f64>();
+            (along > 0.0) == i.is_multiple_of(2)
+        };
+        let right = points.iter().enumerate().filter(|both| outward(*both)).count();
+        (right as f64 / count as f64, report)
+    }
+
+    #[test]
+    fn walls_thinner_than_the_cells_ask_for_finer_ones() {
+        let (right, report) = shell();
+        assert_eq!(right, 1.0);
+        let coarse = report.candidates.iter().rev().find(|candidate| candidate.halvings == 1).unwrap();
+        assert_eq!((coarse.off, report.choice().unwrap().halvings), (0, 2), "{report:?}");
+    }
+
+    /// Random points of four blades, 1.6 spacings thick and 2.5 apart, on a base, the share of them whose side is right, and the ladder's report.
+    fn comb() -> (f64, LadderReport) {
+        let (count, mut random) = (3000, congruence(1));
+        // Both sides of all blades, 1 × 1 each, are nearly all of the area.
+        let spacing = (8.0 / count as f64).sqrt();
+        let (wall, pitch) = (1.6 * spacing, 4.1 * spacing);
+        let half = 0.5 * (3.0 * pitch + wall);
+        let blade = |k: usize| [pitch * k as f64 - half, pitch * k as f64 - half + wall];
+        let mut boxes = vec![[[-half, -0.5, -0.58], [half, 0.5, -0.5]]];
+        boxes.extend((0..4).map(blade).map(|[from, to]| [[from, -0.5, -0.5], [to, 0.5, 0.5]]));
+        let side = |[low, high]: &[[f64; 3]; 2], axis: usize| high[axis] - low[axis];
+        let area = |b: usize, face: usize| -> f64 {
+            (0..3).filter(|axis| *axis != face / 2).map(|axis| side(&boxes[b], axis)).product()
+        };
+        let faces: Vec<(usize, usize)> = (0..5).flat_map(|b| (0..6).map(move |face| (b, face))).collect();
+        let total: f64 = faces.iter().map(|(b, face)| area(*b, *face)).sum();
+        let (mut points, mut normals): (Vec<[f64; 3]>, Vec<[f64; 3]>) = (vec![], vec![]);
+        while points.len() < count {
+            let mut rest = total * random();
+            let chosen = faces.iter().find(|(b, face)| {
+                rest -= area(*b, *face);
+                rest < 0.0
+            });
+            let Some(&(b, face)) = chosen else { continue };
+            let mut p: [f64; 3] = std::array::from_fn(|axis| boxes[b][0][axis] + random() * side(&boxes[b], axis));
+            p[face / 2] = boxes[b][face % 2][face / 2];
+            let holds = |other: &[[f64; 3]; 2]| (0..3).all(|axis| (other[0][axis]..=other[1][axis]).contains(&p[axis]));
+            if boxes.iter().enumerate().all(|(k, other)| k == b || !holds(other)) {
+                points.push(p);
+                normals.push(std::array::from_fn(|axis| match face {
+                    face if face / 2 != axis => 0.0,
+                    face => (face % 2) as f64 * 2.0 - 1.0,
+                }));
+            }
+        }
+        let knots = [half, 0.5, 0.58].map(|half| {
+            let cells = 2 * (half / 0.3 + 1.5).ceil() as usize;
+            KnotVector::uniform(3, -0.15 * cells as f64, 0.3, cells).unwrap()
+        });
+        let options = LadderOptions { last: 2, ..LadderOptions::new(spacing, spacing.powi(-2)) };
+        let (f, _, report) = climb(&points, &vec![1.0; count], &knots, &options).unwrap();
+        let along = |(p, n): (&[f64; 3], &[f64; 3])| {
+            let (_, gradient) = f.value_and_gradient(p);
+            (0..3).map(|axis| gradient[axis] * n[axis]).sum::<f64>()
+        };
+        let right = points.iter().zip(&normals).filter(|both| along(*both) > 0.0).count();
+        (right as f64 / count as f64, report)
+    }
+
+    #[test]
+    fn what_leaves_points_behind_leads_to_shorter_lengths() {
+        let (right, report) = comb();
+        let scores: Vec<_> =
+            report.candidates.iter().map(|c| (c.halvings, c.ratio, c.judgement.score, c.off)).collect();
+        // Only a body around all blades is better than random sides on wide cells, and so good that the referee is content.
+        let body = report.candidates.iter().rfind(|c| c.halvings == 1).unwrap();
+        assert!(body.ratio == 3.2 && body.judgement.score < 0.4 && body.off > 1000, "{scores:?}");
+        assert_eq!((report.choice().unwrap().ratio, report.choice().unwrap().off), (0.4, 0), "{scores:?}");
+        assert!(right > 0.99, "{right} {scores:?}");
     }
 
     #[test]

@@ -17,6 +17,9 @@ const fn patch(dimension: usize) -> usize {
 /// came to 1.7.)
 const OFF: f64 = 2.2;
 
+/// Normals whose cosine is below this face each other.
+const OPPOSED: f64 = -0.7;
+
 /// Where a smooth shape has closed a hole or a gap, filled a valley or swallowed a limb, the points there lie on one side of it all
 /// together. They may be too few for winding numbers to tell: the sides of all others are right.
 #[derive(Debug, Clone)]
@@ -72,6 +75,20 @@ impl Patches {
         if shared > 0.0 { 1.0 - (shared / all).min(1.0) } else { 1.0 }
     }
 
+    /// The share of the `points` that have another one in their patch, no farther away than `reach`, the normal of which is opposite.
+    pub fn facing_share<const D: usize>(&self, points: &[[f64; D]], normals: &[[f64; D]], reach: f64) -> f64 {
+        let product = |a: &[f64; D], b: &[f64; D]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let lengths: Vec<f64> = normals.iter().map(|n| product(n, n).sqrt()).collect();
+        let faces = |index: usize, other: usize| {
+            let between: [f64; D] = std::array::from_fn(|axis| points[other][axis] - points[index][axis]);
+            let cosine = product(&normals[index], &normals[other]) / (lengths[index] * lengths[other]);
+            cosine < OPPOSED && product(&between, &between) < reach * reach
+        };
+        let patches = self.neighbours.par_chunks(self.patch).with_min_len(64).enumerate();
+        let faced = patches.filter(|(index, around)| around.iter().any(|other| faces(*index, *other as usize))).count();
+        faced as f64 / points.len().max(1) as f64
+    }
+
     /// How many of these are a patch.
     pub const fn least(&self) -> usize {
         self.patch
@@ -121,6 +138,23 @@ mod tests {
         let mut some = waves.clone();
         some[7] = f64::INFINITY;
         assert!(patches.own_share(&some) < 0.2);
+    }
+
+    #[test]
+    fn sides_of_walls_and_gaps_face_each_other() {
+        // Two sheets 1.2 spacings apart over a half of one of them.
+        let sheet = |z: f64, count: i32| (0..count).map(move |i| [f64::from(i % 30), f64::from(i / 30), z]);
+        let points: Vec<[f64; 3]> = sheet(0.0, 900).chain(sheet(1.2, 450)).collect();
+        let patches = Patches::new(&points, 1.0);
+        let share = |up: [f64; 2], reach: f64| {
+            let normals: Vec<[f64; 3]> = (0..1350).map(|i| [0.0, 0.0, up[usize::from(i >= 900)]]).collect();
+            patches.facing_share(&points, &normals, reach)
+        };
+        // Those beyond the rim are sqrt(1 + 1.2²) away.
+        assert_eq!(share([1.0, -3.0], 1.3), 900.0 / 1350.0);
+        assert_eq!((share([1.0, -3.0], 1.1), share([1.0, 1.0], 1.3)), (0.0, 0.0));
+        assert_eq!(share([0.0, 0.0], 1.3), 0.0, "without normals");
+        assert_eq!(Patches::new::<3>(&[], 1.0).facing_share::<3>(&[], &[], 1.0), 0.0);
     }
 
     #[test]

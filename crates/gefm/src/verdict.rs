@@ -16,8 +16,9 @@ const FOLLOWS: f64 = 0.85;
 const NOISIER: f64 = 3.0;
 /// Nor, on wide cells, where the shorter length sees less than the other's noise over this: a hollow shell parts normal noise into halves of
 /// 0.60 of its deviation, 1/1.66; a wall four deviations thick is parted into layers of 1/2.2 of what it looks like when it is welded. (On
-/// narrow cells there may be many sheets, which leave less.) Where both are about random and the shorter one sees no noise, what has welded
-/// is not to lead either, whatever it scores: finer cells can put right a shell that is torn, not one that is welded.
+/// narrow cells there may be many sheets, which leave less.) Where the shorter one sees no noise, what has welded is not to lead either, whatever
+/// it scores, if both are about random or the points lie on both sides of it: finer cells can put right a shell that is torn, not one that is
+/// welded, and for W a closed shell without its inner side is as good as with it.
 const PARTS: f64 = 1.8;
 /// Above this score the sides are about as random as coins.
 pub(crate) const RANDOM: f64 = 0.4;
@@ -77,9 +78,9 @@ impl Verdict {
         let leaves_more = self.beyond_noise < RANDOM && longer.off.saturating_sub(self.off) > few;
         let follows_noise = self.noise > LEAST_NOISE && self.own_noise.max(longer.own_noise) > FOLLOWS * self.ratio;
         let parts = self.wide_cells && longer.wide_cells && longer.noise > PARTS * self.noise;
-        let welds_at_random = parts && self.noise < LEAST_NOISE && longer.score > RANDOM;
-        let as_good = longer.score < self.score + slack && !leaves_more && !welds_at_random;
         let welds = longer.layered || parts;
+        let parted = self.noise < LEAST_NOISE && parts && (longer.layered || longer.score > RANDOM);
+        let as_good = longer.score < self.score + slack && !leaves_more && !parted;
         let sound = !welds && longer.beyond_noise < RANDOM && longer.score < NOISIER * self.score;
         as_good || (follows_noise && sound)
     }
@@ -121,6 +122,11 @@ mod tests {
         // Among random sides on wide cells the better score is no reason to weld.
         assert!(!longer_wins(on_wide_cells(0.4, 0.76, 0.05), on_wide_cells(3.2, 0.46, 1.6)));
         assert!(longer_wins(on_wide_cells(0.2, 3.2, 0.59), on_wide_cells(1.6, 1.0, 1.17)));
+        // Nor is it where points on both sides of the better one say that it has.
+        let welded = Verdict { layered: true, ..on_wide_cells(0.8, 0.19, 1.19) };
+        assert!(!longer_wins(on_wide_cells(0.4, 0.2, 0.03), welded));
+        assert!(longer_wins(on_wide_cells(0.4, 0.2, 0.03), Verdict { layered: false, ..welded }));
+        assert!(longer_wins(on_wide_cells(0.4, 0.2, 0.4), welded), "noise");
         // Nor is noise what patches of points have in common, as where gaps between rods are filled.
         let misfit = Verdict { own_noise: 0.3, ..verdict(0.8, 0.32, 0.9) };
         assert!(longer_wins(verdict(0.4, 0.16, 0.3), verdict(0.8, 0.32, 0.9)));

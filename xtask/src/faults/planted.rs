@@ -144,6 +144,8 @@ pub const FAULTS: &[Fault] = &[
         "2 * (0.5 * side / spacing + margin).ceil() as usize",
         "(side / spacing + margin).ceil() as usize",
     ),
+    fault("gefm", "ladder.rs", "> LEFT * self.heard.len()", "> 2.0 * self.heard.len()"),
+    fault("gefm", "patches.rs", "cosine < OPPOSED", "cosine > OPPOSED"),
     fault("gefm", "noise.rs", "median / MEDIAN_DIFFERENCE", "median * MEDIAN_DIFFERENCE"),
     fault(
         "pipeline",
