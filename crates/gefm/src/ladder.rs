@@ -448,6 +448,7 @@ impl<const D: usize> Ladder<'_, D> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::lanczos::dot;
 
     pub(super) fn knots(half: f64, cells: usize) -> [KnotVector; 2] {
         let knots = KnotVector::uniform(3, -half, 2.0 * half / cells as f64, cells).unwrap();
@@ -539,28 +540,35 @@ mod tests {
         assert!(right >= 2370, "{right}");
     }
 
+    /// The share of the points whose side is right, by their normals, on lattices of up to two halvings, and the ladder's report.
+    fn climbed(
+        points: &[[f64; 3]],
+        normals: &[[f64; 3]],
+        spacing: f64,
+        knots: &[KnotVector; 3],
+    ) -> (f64, LadderReport) {
+        let options = LadderOptions { last: 2, ..LadderOptions::new(spacing, spacing.powi(-2)) };
+        let (f, _, report) = climb(points, &vec![1.0; points.len()], knots, &options).unwrap();
+        let is_right = |(p, n): &(&[f64; 3], &[f64; 3])| dot(&f.value_and_gradient(p).1, *n) > 0.0;
+        let right = points.iter().zip(normals).filter(is_right).count();
+        (right as f64 / points.len() as f64, report)
+    }
+
     /// Random points of a sphere and of another one inside, a spacing away, the share of them whose side is right, and the ladder's report.
     fn shell() -> (f64, LadderReport) {
         let (count, mut random) = (6000_usize, congruence(1));
         let spacing = (7.6 * std::f64::consts::PI / count as f64).sqrt();
         let radius = |i: usize| if i.is_multiple_of(2) { 1.0 } else { 1.0 - spacing };
-        let points: Vec<[f64; 3]> = (0..count)
+        let (points, normals): (Vec<[f64; 3]>, Vec<[f64; 3]>) = (0..count)
             .map(|i| {
                 let (z, angle) = (2.0 * random() - 1.0, std::f64::consts::TAU * random());
                 let ring = (1.0 - z * z).sqrt();
-                [ring * angle.cos(), ring * angle.sin(), z].map(|x| radius(i) * x)
+                let direction = [ring * angle.cos(), ring * angle.sin(), z];
+                (direction.map(|x| radius(i) * x), direction.map(|x| if i.is_multiple_of(2) { x } else { -x }))
             })
-            .collect();
+            .unzip();
         let knots = [0; 3].map(|_| KnotVector::uniform(3, -1.25, 0.25, 10).unwrap());
-        let options = LadderOptions { last: 2, ..LadderOptions::new(spacing, spacing.powi(-2)) };
-        let (f, _, report) = climb(&points, &vec![1.0; count], &knots, &options).unwrap();
-        let outward = |(i, p): (usize, &[f64; 3])| {
-            let (_, gradient) = f.value_and_gradient(p);
-            let along = (0..3).map(|axis| gradient[axis] * p[axis]).sum::<f64>();
-            (along > 0.0) == i.is_multiple_of(2)
-        };
-        let right = points.iter().enumerate().filter(|both| outward(*both)).count();
-        (right as f64 / count as f64, report)
+        climbed(&points, &normals, spacing, &knots)
     }
 
     #[test]
@@ -610,14 +618,7 @@ mod tests {
             let cells = 2 * (half / 0.3 + 1.5).ceil() as usize;
             KnotVector::uniform(3, -0.15 * cells as f64, 0.3, cells).unwrap()
         });
-        let options = LadderOptions { last: 2, ..LadderOptions::new(spacing, spacing.powi(-2)) };
-        let (f, _, report) = climb(&points, &vec![1.0; count], &knots, &options).unwrap();
-        let along = |(p, n): (&[f64; 3], &[f64; 3])| {
-            let (_, gradient) = f.value_and_gradient(p);
-            (0..3).map(|axis| gradient[axis] * n[axis]).sum::<f64>()
-        };
-        let right = points.iter().zip(&normals).filter(|both| along(*both) > 0.0).count();
-        (right as f64 / count as f64, report)
+        climbed(&points, &normals, spacing, &knots)
     }
 
     #[test]

@@ -5,6 +5,7 @@ use std::num::NonZero;
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
 use rayon::prelude::*;
 
+use crate::lanczos::dot;
 use crate::noise::LEAST_NOISE;
 
 /// Neighbours of a point, itself included: as many as a patch has at least.
@@ -77,12 +78,11 @@ impl Patches {
 
     /// The share of the `points` that have another one in their patch, no farther away than `reach`, the normal of which is opposite.
     pub fn facing_share<const D: usize>(&self, points: &[[f64; D]], normals: &[[f64; D]], reach: f64) -> f64 {
-        let product = |a: &[f64; D], b: &[f64; D]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-        let lengths: Vec<f64> = normals.iter().map(|n| product(n, n).sqrt()).collect();
+        let lengths: Vec<f64> = normals.iter().map(|n| dot(n, n).sqrt()).collect();
         let faces = |index: usize, other: usize| {
             let between: [f64; D] = std::array::from_fn(|axis| points[other][axis] - points[index][axis]);
-            let cosine = product(&normals[index], &normals[other]) / (lengths[index] * lengths[other]);
-            cosine < OPPOSED && product(&between, &between) < reach * reach
+            let cosine = dot(&normals[index], &normals[other]) / (lengths[index] * lengths[other]);
+            cosine < OPPOSED && dot(&between, &between) < reach * reach
         };
         let patches = self.neighbours.par_chunks(self.patch).with_min_len(64).enumerate();
         let faced = patches.filter(|(index, around)| around.iter().any(|other| faces(*index, *other as usize))).count();
