@@ -12,6 +12,7 @@ use crate::topology::fragile::{FragilePlace, fragile};
 use crate::trust::confidence::{RegionReport, is_unsure, regions};
 
 pub(crate) mod confidence;
+pub(crate) mod gaps;
 pub(crate) mod one_sided;
 pub(crate) mod oriented;
 pub(crate) mod volume;

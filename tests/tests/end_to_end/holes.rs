@@ -57,31 +57,66 @@ fn a_cap_of_a_sphere() {
     }
 }
 
+fn is_told(result: &Reconstruction<3>, text: &str) -> bool {
+    result.report.warnings.iter().any(|warning| warning.contains(text))
+}
+
 /// Points on a share of a torus.
-fn torus(share: f64) -> Vec<[f64; 3]> {
+fn torus(share: f64, tube: f64) -> Vec<[f64; 3]> {
     let mut random = Random(3);
     (0..4000)
         .map(|_| [share * TAU * random.uniform(), TAU * random.uniform()])
-        .map(|[u, v]| [(1.0 + 0.35 * v.cos()) * u.cos(), (1.0 + 0.35 * v.cos()) * u.sin(), 0.35 * v.sin()])
+        .map(|[u, v]| [(1.0 + tube * v.cos()) * u.cos(), (1.0 + tube * v.cos()) * u.sin(), tube * v.sin()])
         .collect()
 }
 
 #[test]
 fn a_seventh_of_a_torus() {
-    let mut result = reconstruct(&torus(6.0 / 7.0), &Options::default()).unwrap();
+    let mut result = reconstruct(&torus(6.0 / 7.0, 0.35), &Options::default()).unwrap();
     let (mesh, topology) = extract_surface(&mut result).unwrap();
     // The points do not tell whether its ends hang together.
-    let warned =
-        |result: &Reconstruction<3>| result.report.warnings.iter().any(|text| text.contains("a tunnel or a bridge"));
-    assert!(warned(&result), "{:?}", result.report.warnings);
-    let mut whole = reconstruct(&torus(1.0), &Options::default()).unwrap();
+    assert!(is_told(&result, "a tunnel or a bridge"), "{:?}", result.report.warnings);
+    let mut whole = reconstruct(&torus(1.0, 0.35), &Options::default()).unwrap();
     extract_surface(&mut whole).unwrap();
-    assert!(!warned(&whole), "{:?}", whole.report.warnings);
+    assert!(whole.report.warnings.is_empty(), "{:?}", whole.report.warnings);
     // Its ends are closed by domes if only second derivatives are small.
     assert!(topology.closed && topology.components == 1 && topology.genus == 1, "{topology:?}");
     for v in &mesh.vertices {
         let tube = (v[0].hypot(v[1]) - 1.0).hypot(v[2]);
         assert!((tube - 0.35).abs() < 0.05, "{tube} at {v:?}");
+    }
+}
+
+/// Too much of it is missing for its ends to meet, and the points do not tell that they should not.
+#[test]
+fn a_quarter_of_a_thin_torus() {
+    let mut result = reconstruct(&torus(0.75, 0.15), &Options::default()).unwrap();
+    let (_, topology) = extract_surface(&mut result).unwrap();
+    assert!(topology.closed && topology.components == 1 && topology.genus == 0, "{topology:?}");
+    assert!(is_told(&result, "parts end facing each other"), "{:?}", result.report.warnings);
+}
+
+/// A hollow ball without points on a cap of both of its surfaces. Where its wall is thick they are closed each by itself, as they should be; where it is thin
+/// they are linked around the hole.
+#[test]
+fn a_cap_of_a_hollow_ball() {
+    for (wall, components) in [(0.3, 2), (0.1, 1)] {
+        let mut random = Random(1);
+        let mut points = Vec::new();
+        for radius in [1.0, 1.0 - wall] {
+            for _ in 0..(4000.0 * radius * radius) as usize {
+                let v: [f64; 3] = std::array::from_fn(|_| random.gaussian());
+                let v = v.map(|x| radius * x / v.iter().map(|x| x * x).sum::<f64>().sqrt());
+                if v[2] < 0.85 * radius {
+                    points.push(v);
+                }
+            }
+        }
+        let mut result = reconstruct(&points, &Options::default()).unwrap();
+        let (_, topology) = extract_surface(&mut result).unwrap();
+        assert!(topology.closed && topology.genus == 0 && topology.components == components, "{topology:?}");
+        let told = is_told(&result, "parts are linked through a gap");
+        assert_eq!(told, components == 1, "{:?}", result.report.warnings);
     }
 }
 

@@ -2,27 +2,22 @@
 
 use std::time::Instant;
 
-use rayon::prelude::*;
 use serde::Serialize;
 use zeroset_bspline::{Derivatives, HierarchicalSpline};
 use zeroset_isosurface::{self as isosurface, CurveTopology, Curves, Topology, TriMesh};
 
 use crate::error::ReconstructError;
-use crate::points::frame::Frame;
 use crate::points::spacing::distances_to;
 use crate::points::support::{self, Nearest, Support};
 use crate::reconstruct::Reconstruction;
 use crate::report::{ExtractionReport, StageFigures, StageReport};
 use crate::topology::fragile;
-use crate::trust::{and_others, place, shape_name};
+use crate::trust::gaps::gap_warnings;
+use crate::trust::shape_name;
 use crate::zero_set::marching::marching_halvings;
 
 /// A component with less area than so many of the points around it stand for is a speck.
 const SPECK: f64 = 50.0;
-
-/// Where no point is within this share of the farthest that is supported, the surface may be another. (Of random samples one place in twelve
-/// is as far from all.)
-const AWAY: f64 = 0.6;
 
 /// Newton steps that take the vertices of a boundary from the chords between their neighbours to f = 0.
 const NEWTON_STEPS: usize = 4;
@@ -54,12 +49,12 @@ pub fn extract_surface(reconstruction: &mut Reconstruction<3>) -> Result<(TriMes
         let remote = TriMesh { vertices: mesh.vertices.clone(), normals: Vec::new(), triangles: part }.area();
         [remote, mesh.area()]
     });
+    let shares = shares(&mesh, &support, &nearest);
     if !reconstruction.open {
-        let warning = handle_warning(&mesh, (&support, &nearest), &reconstruction.frame);
-        reconstruction.report.warnings.extend(warning);
+        let warnings = gap_warnings(&mesh, &points, (&support, &nearest), &shares, &reconstruction.frame);
+        reconstruction.report.warnings.extend(warnings);
     }
     let uncovered = uncovered(&points, &mesh.vertices, &nearest, 2.0 * reconstruction.spacing.typical);
-    let shares = shares(&mesh, &support, &nearest);
     let frame = reconstruction.frame;
     for vertex in &mut mesh.vertices {
         *vertex = frame.to_data(vertex);
@@ -214,28 +209,6 @@ pub enum Figures {
 /// How many points stand for the area around every vertex, by the spacing of those around it.
 fn shares(mesh: &TriMesh, support: &Support<'_, 3>, nearest: &[Nearest]) -> Vec<f64> {
     mesh.vertex_areas().iter().zip(nearest).map(|(area, near)| area / support.share(near.sample)).collect()
-}
-
-/// That a handle runs through places away from all points, all round it: without it, closed by two sheets instead, the surface would suit the
-/// points as well. `nearest` has the nearest point of every vertex.
-fn handle_warning(
-    mesh: &TriMesh,
-    (support, nearest): (&Support<'_, 3>, &[Nearest]),
-    frame: &Frame<3>,
-) -> Option<String> {
-    let remoteness = |(vertex, nearest): (&[f64; 3], &Nearest)| match nearest.remoteness {
-        // Others than the nearest are asked where that may make a difference.
-        remoteness if remoteness > AWAY => support.remoteness(vertex),
-        remoteness => remoteness,
-    };
-    let away: Vec<f64> = mesh.vertices.par_iter().zip(nearest).map(|at| remoteness(at) - AWAY).collect();
-    let handles = mesh.handles_across(&away);
-    let worst = handles.iter().max_by(|a, b| away[**a].total_cmp(&away[**b]))?;
-    Some(format!(
-        "a tunnel or a bridge runs through a gap between the points at {}{}: they do not tell whether it is there; try a denser scan there",
-        place(&frame.to_data(&mesh.vertices[*worst])),
-        and_others(handles.len())
-    ))
 }
 
 /// Whether a topology that the initial shape did not have hangs on little.
