@@ -15,8 +15,10 @@ const AWAY: f64 = 0.6;
 const EDGE_AWAY: f64 = 0.4;
 /// The surface stands out where the nearest point is behind it by this share of its distance.
 const BEHIND: f64 = 0.5;
-/// What is farther from all points than they support is a hole even if nothing runs through it.
+/// What is farther from all points than they support is a hole even if nothing runs through it,
 const HOLE: f64 = 1.0;
+/// unless its radius is below this, in spacings, as that of one that chance has made.
+const WIDE: f64 = 1.0;
 
 /// Less than so many points' share of the surface is no part that could hang together with others.
 const PART: f64 = 50.0;
@@ -98,6 +100,8 @@ fn links_parts(region: &Region) -> bool {
 struct End {
     centre: [f64; 3],
     radius: f64,
+    /// The spacing around it.
+    spacing: f64,
     /// Where it would go on.
     onward: [f64; 3],
     /// How far its farthest place is from all points, over what they support.
@@ -112,9 +116,16 @@ impl End {
         }
         // The others are around islands.
         let rim = region.rims.iter().max_by(|a, b| a.radius().total_cmp(&b.radius()))?;
-        let (radius, nearest) = (rim.radius(), nearest[region.highest]);
-        let end = Self { centre: rim.centre, radius, onward: rim.onward(), remoteness: nearest.remoteness };
-        (radius > THINNEST * support.share(nearest.sample).sqrt()).then_some(end)
+        let nearest = nearest[region.highest];
+        let spacing = support.share(nearest.sample).sqrt();
+        let end = Self {
+            centre: rim.centre,
+            radius: rim.radius(),
+            spacing,
+            onward: rim.onward(),
+            remoteness: nearest.remoteness,
+        };
+        (end.radius > THINNEST * spacing).then_some(end)
     }
 
     fn is_stump(&self) -> bool {
@@ -128,7 +139,9 @@ impl End {
 
     /// Whether it might go on into a hole of a wall.
     fn enters(&self, hole: &Self) -> bool {
-        hole.remoteness > HOLE && hole.radius > 0.5 * self.radius && self.leads_to(hole, STRAIGHT)
+        self.remoteness.min(hole.remoteness) > HOLE
+            && hole.radius > (0.5 * self.radius).max(WIDE * hole.spacing)
+            && self.leads_to(hole, STRAIGHT)
     }
 
     /// Whether this one and another might hang together.
