@@ -30,6 +30,9 @@ pub struct Rim {
     pub conormal: [f64; 3],
     /// `½ ∮ x × dx`, its vector area: a plane loop's area, along the normal, with the region on the left of the loop where that points to one.
     pub area: [f64; 3],
+    /// The mean outward unit normal of the surface. In a plane it points as the area does if the region is within the loop, and against it if the region is
+    /// around it.
+    pub normal: [f64; 3],
 }
 
 impl Rim {
@@ -173,7 +176,10 @@ fn rims(
     };
     let numbers: HashMap<usize, usize> = firsts.iter().copied().zip(0..).collect();
     let mut rims: Vec<Rim> =
-        vec![Rim { beyond: None, centre: [0.0; 3], conormal: [0.0; 3], area: [0.0; 3] }; firsts.len()];
+        vec![
+            Rim { beyond: None, centre: [0.0; 3], conormal: [0.0; 3], area: [0.0; 3], normal: [0.0; 3] };
+            firsts.len()
+        ];
     let mut lengths = vec![0.0; firsts.len()];
     for Passage { from, to, across } in passed {
         let first = loops.find(*from);
@@ -182,17 +188,19 @@ fn rims(
         let along: [f64; 3] = std::array::from_fn(|k| b[k] - a[k]);
         let length = norm(&along);
         let twice = cross(&std::array::from_fn(|k| a[k] - origin[k]), &along);
-        let across = cross(across, &along);
+        let conormal = cross(across, &along);
         let rim = &mut rims[number];
         lengths[number] += length;
         for k in 0..3 {
             rim.centre[k] += length * 0.5 * (a[k] + b[k]);
-            rim.conormal[k] += across[k];
+            rim.conormal[k] += conormal[k];
+            rim.normal[k] += length * across[k];
             rim.area[k] += 0.5 * twice[k];
         }
     }
     for (rim, length) in rims.iter_mut().zip(lengths).filter(|(_, length)| *length > 0.0) {
         rim.centre = rim.centre.map(|x| x / length);
+        rim.normal = rim.normal.map(|x| x / length);
     }
     rims
 }
@@ -260,7 +268,7 @@ fn beyond(region: usize, core: &[[usize; 2]], sums: &HashMap<usize, f64>, least:
 
 #[cfg(test)]
 mod tests {
-    use crate::{ImplicitFunction, LatticeSamples, Options, Region, TriMesh, surface};
+    use crate::{ImplicitFunction, LatticeSamples, Options, Region, Rim, TriMesh, surface};
 
     /// A torus around the z axis.
     struct Torus;
@@ -351,6 +359,12 @@ mod tests {
         assert!(found.iter().all(|rims| rims.len() == 2 && rims[0].is_some() && rims[0] == rims[1]), "{found:?}");
         // An island, and all the rest.
         let zone = |x: &[f64; 3]| 0.1 - ((x[0] - 1.0).hypot(x[1]).hypot(x[2]) - 0.3).abs();
+        let (_, found) = regions(zone, 4.0);
+        let within = |rim: &Rim| rim.area.iter().zip(&rim.normal).map(|(a, n)| a * n).sum::<f64>() / rim.area[0].abs();
+        let mut within: Vec<f64> = found[0].rims.iter().map(within).collect();
+        within.sort_unstable_by(f64::total_cmp);
+        // The outer loop is 0.4 from the middle, and bends round the tube, whose radius is 0.3.
+        assert!(within[0] < -0.8 && within[1] > 0.4, "{within:?}");
         let found = beyond(zone, 4.0);
         assert!(found.len() == 1 && found[0].len() == 2, "{found:?}");
         assert!(found[0][0].is_some() && found[0][1].is_some() && found[0][0] != found[0][1], "{found:?}");

@@ -85,7 +85,7 @@ pub const FAULTS: &[Fault] = &[
         "components as i64 - (euler_characteristic + boundary_loops as i64).div_euclid(2)",
         "components as i64 - euler_characteristic.div_euclid(2)",
     ),
-    fault("isosurface", "regions.rs", "let across = cross(across, &along);", "let across = cross(&along, across);"),
+    fault("isosurface", "regions.rs", "let conormal = cross(across, &along);", "let conormal = cross(&along, across);"),
     fault("isosurface", "regions.rs", "leaf == 1 && sum >= least", "leaf == 1"),
     fault("multigrid", "conjugate_gradients.rs", "square / before, &z", "before / square, &z"),
     fault(

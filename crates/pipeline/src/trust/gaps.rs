@@ -32,6 +32,8 @@ const FACING: f64 = 0.5;
 const STRAIGHT: f64 = 0.7;
 /// and if they are no more than so many times the sum of their radii apart.
 const REACH: f64 = 10.0;
+/// A rim is around an island in the region, and not in another part, if the surface's normal there is against its area by this share of it.
+const AGAINST: f64 = 0.5;
 /// Rims go on into each other if `onward` has this component to the other one.
 const GOES_ON: f64 = 0.3;
 
@@ -85,8 +87,10 @@ fn away(mesh: &TriMesh, points: &[[f64; 3]], support: &Support<'_, 3>, nearest: 
 }
 
 /// Whether parts hang together by this region, other than by going on into each other as those of a limb do: they might as well be closed each by itself.
+/// (Where points are far denser in one place than around it, that is an island: no point is near to its border for a spacing of those around.)
 fn links_parts(region: &Region) -> bool {
-    let parts: Vec<&Rim> = region.rims.iter().filter(|rim| rim.beyond.is_some()).collect();
+    let is_island = |rim: &Rim| dot(&rim.normal, &rim.area) < -AGAINST * norm(&rim.area);
+    let parts: Vec<&Rim> = region.rims.iter().filter(|rim| rim.beyond.is_some() && !is_island(rim)).collect();
     let [a, b] = parts[..] else { return parts.len() > 2 };
     let to = from(&a.centre, &b.centre);
     let (distance, [p, q]) = (norm(&to), [a, b].map(Rim::onward));
