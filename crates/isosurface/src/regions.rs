@@ -56,13 +56,14 @@ impl TriMesh {
     /// Panics if there are fewer values or weights than vertices.
     pub fn regions_above(&self, g: &[f64], weights: &[f64], least: f64) -> Vec<Region> {
         let Parts { mut regions, faces_less_edges, boundaries, rims } = Parts::of(self, g);
-        let mut sums: HashMap<usize, f64> = HashMap::new();
+        // Of the weights in each region.
+        let mut sums = vec![0.0; self.vertices.len()];
         // Of each region χ and the number of its boundaries: together 2, less 2 for each handle.
         let mut euler: BTreeMap<usize, i64> = BTreeMap::new();
         let mut found: BTreeMap<usize, Region> = BTreeMap::new();
         for v in 0..self.vertices.len() {
             let region = regions.find(v);
-            *sums.entry(region).or_default() += weights[v];
+            sums[region] += weights[v];
             if g[v] > 0.0 {
                 *euler.entry(region).or_default() += 1 + faces_less_edges[v];
                 let new = || Region { highest: v, closes_handle: false, rims: Vec::new() };
@@ -215,7 +216,7 @@ fn norm(a: &[f64; 3]) -> f64 {
 
 /// The boundaries that are left when regions above with only one are taken away, and light regions below with only one, again and again: those on cycles,
 /// and between these and heavy regions. The sums of their weights go to those they were on.
-fn core(boundaries: &[[usize; 2]], sums: &mut HashMap<usize, f64>, least: f64) -> Vec<[usize; 2]> {
+fn core(boundaries: &[[usize; 2]], sums: &mut [f64], least: f64) -> Vec<[usize; 2]> {
     let mut left = boundaries.to_vec();
     loop {
         let before = left.len();
@@ -223,10 +224,10 @@ fn core(boundaries: &[[usize; 2]], sums: &mut HashMap<usize, f64>, least: f64) -
             let mut count: HashMap<usize, usize> = HashMap::new();
             left.iter().for_each(|both| *count.entry(both[leaf]).or_default() += 1);
             left.retain(|both| {
-                let sum = sums[&both[leaf]];
+                let sum = sums[both[leaf]];
                 let stays = count[&both[leaf]] > 1 || leaf == 1 && sum >= least;
                 if !stays {
-                    *sums.entry(both[1 - leaf]).or_default() += sum;
+                    sums[both[1 - leaf]] += sum;
                 }
                 stays
             });
@@ -247,7 +248,7 @@ struct Beyond {
 }
 
 /// What is beyond the boundaries of a region that are left, by the region below.
-fn beyond(region: usize, core: &[[usize; 2]], sums: &HashMap<usize, f64>, least: f64) -> Vec<(usize, Beyond)> {
+fn beyond(region: usize, core: &[[usize; 2]], sums: &[f64], least: f64) -> Vec<(usize, Beyond)> {
     let known: BTreeSet<usize> = core.iter().flatten().copied().filter(|other| *other != region).collect();
     let numbers: HashMap<usize, usize> = known.iter().copied().zip(0..).collect();
     let mut sets = UnionFind::new(numbers.len());
@@ -256,7 +257,7 @@ fn beyond(region: usize, core: &[[usize; 2]], sums: &HashMap<usize, f64>, least:
     let mut weights = vec![0.0; numbers.len()];
     let mut rims = vec![0; numbers.len()];
     for (number, member) in known.iter().enumerate() {
-        weights[sets.find(number)] += sums[member];
+        weights[sets.find(number)] += sums[*member];
     }
     own.iter().for_each(|[_, low]| rims[sets.find(numbers[low])] += 1);
     let found = |[_, low]: &[usize; 2]| {

@@ -55,9 +55,14 @@ pub fn gap_warnings(
     };
     let handles = places(&|region| region.closes_handle);
     let links = places(&|region| !region.closes_handle && links_parts(region));
-    let ends: Vec<End> = regions.iter().filter_map(|region| End::of(region, support, nearest)).collect();
-    let pairs = ends.iter().enumerate().flat_map(|(i, a)| ends[..i].iter().map(move |b| [a, b]));
-    let facing: Vec<[f64; 3]> = pairs.filter(|[a, b]| a.faces(b)).map(|[a, b]| between(a, b)).collect();
+    let ends = regions.iter().filter_map(|region| End::of(region, support, nearest));
+    let (stumps, holes): (Vec<End>, Vec<End>) = ends.partition(End::is_stump);
+    let holes: Vec<End> = holes.into_iter().filter(End::is_wide).collect();
+    let facing = |(i, stump): (usize, &End)| {
+        let others = stumps[..i].iter().filter(|other| stump.faces(other));
+        others.chain(holes.iter().filter(|hole| stump.enters(hole))).map(|other| stump.between(other)).collect()
+    };
+    let facing: Vec<[f64; 3]> = stumps.iter().enumerate().flat_map::<Vec<_>, _>(facing).collect();
     let together = "whether they hang together";
     let found = [
         (handles, "a tunnel or a bridge runs through a gap between the points", "whether it is there"),
@@ -136,32 +141,31 @@ impl End {
         norm(&self.onward) > STUMP
     }
 
+    /// Whether chance has not made it.
+    fn is_wide(&self) -> bool {
+        self.remoteness > HOLE && self.radius > WIDE * self.spacing
+    }
+
     fn leads_to(&self, other: &Self, least: f64) -> bool {
         let to = from(&self.centre, &other.centre);
-        dot(&self.onward, &to) > least * norm(&self.onward) * norm(&to)
+        let distance = norm(&to);
+        distance < REACH * (self.radius + other.radius)
+            && dot(&self.onward, &to) > least * norm(&self.onward) * distance
     }
 
-    /// Whether it might go on into a hole of a wall.
-    fn enters(&self, hole: &Self) -> bool {
-        self.remoteness.min(hole.remoteness) > HOLE
-            && hole.radius > (0.5 * self.radius).max(WIDE * hole.spacing)
-            && self.leads_to(hole, STRAIGHT)
-    }
-
-    /// Whether this one and another might hang together.
+    /// Whether two stumps might be one limb.
     fn faces(&self, other: &Self) -> bool {
-        norm(&from(&self.centre, &other.centre)) < REACH * (self.radius + other.radius)
-            && match (self.is_stump(), other.is_stump()) {
-                (true, true) => self.leads_to(other, FACING) && other.leads_to(self, FACING),
-                (true, false) => self.enters(other),
-                (false, true) => other.enters(self),
-                (false, false) => false,
-            }
+        self.leads_to(other, FACING) && other.leads_to(self, FACING)
     }
-}
 
-fn between(a: &End, b: &End) -> [f64; 3] {
-    std::array::from_fn(|k| 0.5 * (a.centre[k] + b.centre[k]))
+    /// Whether a stump might go on into a hole of a wall.
+    fn enters(&self, hole: &Self) -> bool {
+        self.remoteness > HOLE && hole.radius > 0.5 * self.radius && self.leads_to(hole, STRAIGHT)
+    }
+
+    fn between(&self, other: &Self) -> [f64; 3] {
+        std::array::from_fn(|k| 0.5 * (self.centre[k] + other.centre[k]))
+    }
 }
 
 fn from(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
