@@ -169,12 +169,13 @@ fn rims(
     loops: &mut UnionFind,
     firsts: &[usize],
 ) -> Vec<Rim> {
-    let crossing = |edge: usize| {
-        let [high, low] = ends[edge].map(|v| v as usize);
+    let crossing = |ends: &[u32; 2]| {
+        let [high, low] = ends.map(|v| v as usize);
         let share = g[high] / (g[high] - g[low]);
         let [a, b] = [mesh.vertices[high], mesh.vertices[low]];
-        std::array::from_fn::<f64, 3, _>(|k| a[k] + share * (b[k] - a[k]))
+        std::array::from_fn(|k| a[k] + share * (b[k] - a[k]))
     };
+    let crossings: Vec<[f64; 3]> = ends.iter().map(crossing).collect();
     let numbers: HashMap<usize, usize> = firsts.iter().copied().zip(0..).collect();
     let mut rims: Vec<Rim> =
         vec![
@@ -185,7 +186,7 @@ fn rims(
     for Passage { from, to, across } in passed {
         let first = loops.find(*from);
         let number = numbers[&first];
-        let (origin, a, b) = (crossing(first), crossing(*from), crossing(*to));
+        let [origin, a, b] = [first, *from, *to].map(|edge| crossings[edge]);
         let along: [f64; 3] = std::array::from_fn(|k| b[k] - a[k]);
         let length = norm(&along);
         let twice = cross(&std::array::from_fn(|k| a[k] - origin[k]), &along);
@@ -350,12 +351,11 @@ mod tests {
 
     #[test]
     fn rims_tell_what_hangs_together_without_the_region() {
-        let beyond = |g: fn(&[f64; 3]) -> f64, least| {
-            let (_, found) = regions(g, least);
-            found.iter().map(|region| region.rims.iter().map(|rim| rim.beyond).collect()).collect::<Vec<Vec<_>>>()
+        let beyond = |found: &[Region]| -> Vec<Vec<Option<usize>>> {
+            found.iter().map(|region| region.rims.iter().map(|rim| rim.beyond).collect()).collect()
         };
         // The rest hangs together.
-        let found = beyond(|x| x[1].abs() - 0.2, 10.0);
+        let found = beyond(&regions(|x| x[1].abs() - 0.2, 10.0).1);
         assert_eq!(found.len(), 2);
         assert!(found.iter().all(|rims| rims.len() == 2 && rims[0].is_some() && rims[0] == rims[1]), "{found:?}");
         // An island, and all the rest.
@@ -366,10 +366,10 @@ mod tests {
         within.sort_unstable_by(f64::total_cmp);
         // The outer loop is 0.4 from the middle, and bends round the tube, whose radius is 0.3.
         assert!(within[0] < -0.8 && within[1] > 0.4, "{within:?}");
-        let found = beyond(zone, 4.0);
+        let found = beyond(&found);
         assert!(found.len() == 1 && found[0].len() == 2, "{found:?}");
         assert!(found[0][0].is_some() && found[0][1].is_some() && found[0][0] != found[0][1], "{found:?}");
         // A light island is no part, and then the region is on the edge of one part.
-        assert_eq!(beyond(zone, 200.0), [[None, None]]);
+        assert_eq!(beyond(&regions(zone, 200.0).1), [[None, None]]);
     }
 }
