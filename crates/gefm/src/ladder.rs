@@ -12,12 +12,12 @@ use zeroset_bspline::{Derivatives, KnotVector, Spline};
 use crate::error::GefmError;
 use crate::ladder_options::{KnownNormals, LadderOptions};
 use crate::ladder_report::{Candidate, LadderReport, Start};
-use crate::noise::{LAYERED, layers, noise_deviation};
+use crate::noise::{LAYERED, LEAST_NOISE, layers, noise_deviation};
 use crate::patches::Patches;
 use crate::pulled_points::Found;
 use crate::referee::Referee;
 use crate::rung::Rung;
-use crate::verdict::{RANDOM, Verdict};
+use crate::verdict::{RANDOM, Verdict, WELDED};
 
 mod few_points;
 
@@ -381,9 +381,10 @@ impl<const D: usize> Ladder<'_, D> {
         let other = self.assess(found?, trial, start)?;
         let verdict = other.verdict;
         let is_usable = trial.order < 3 || (verdict.beyond_noise < HOPELESS && self.is_held(&other.f));
+        let differs = |known: &Verdict| known.ratio != trial.ratio || known.welded != verdict.welded;
         let is_better = is_usable
             && match &self.leader {
-                Some(leader) if trial.ratio != leader.verdict.ratio => self.is_better(&verdict, &leader.verdict),
+                Some(leader) if differs(&leader.verdict) => self.is_better(&verdict, &leader.verdict),
                 Some(leader) => verdict.score < leader.verdict.score + if start == self.next() { SLACK } else { 0.0 },
                 None => true,
             };
@@ -417,7 +418,8 @@ impl<const D: usize> Ladder<'_, D> {
         debug!(order, halvings, unknowns, ratio, ?start, iterations, score, noise, own_noise, off, layers, "candidate");
         let (beyond_noise, layered) = (judgement.beyond_noise(seen), layers.is_some_and(|layers| layers > LAYERED));
         let wide_cells = halvings == self.options.first;
-        let verdict = Verdict { score, beyond_noise, ratio, noise: seen, own_noise, wide_cells, off, layered };
+        let welded = order == 2 && seen > WELDED && self.shows_no_noise(ratio);
+        let verdict = Verdict { score, beyond_noise, ratio, noise: seen, own_noise, wide_cells, off, layered, welded };
         self.report.candidates.push(Candidate {
             order,
             halvings,
@@ -431,6 +433,14 @@ impl<const D: usize> Ladder<'_, D> {
         });
         let began = start == Start::Leader && self.leader.as_ref().is_some_and(|leader| leader.third_order);
         Ok(Leader { f, verdict, winding, distances, third_order: order == 3 || began })
+    }
+
+    /// Whether a length below `ratio` saw no noise on the first lattice, whose cells cannot hide any.
+    fn shows_no_noise(&self, ratio: f64) -> bool {
+        let on_wide_cells =
+            |known: &&Candidate| known.order == 2 && known.halvings == self.options.first && known.ratio < ratio;
+        let mut noises = self.report.candidates.iter().filter(on_wide_cells).filter_map(|known| known.noise);
+        noises.any(|noise| noise < LEAST_NOISE)
     }
 
     /// Whether a candidate with another length is to be preferred.
@@ -554,21 +564,52 @@ mod tests {
         (right as f64 / points.len() as f64, report)
     }
 
-    /// Random points of a sphere and of another one inside, a spacing away, the share of them whose side is right, and the ladder's report.
+    /// A random direction, any as likely as any other.
+    fn direction(random: &mut impl FnMut() -> f64) -> [f64; 3] {
+        let (z, angle) = (2.0 * random() - 1.0, std::f64::consts::TAU * random());
+        let ring = (1.0 - z * z).sqrt();
+        [ring * angle.cos(), ring * angle.sin(), z]
+    }
+
+    /// Of points of concentric spheres, in turn outward and inward, with a spacing, the share whose side is right, and the ladder's report.
+    fn of_spheres(points: &[(f64, [f64; 3], bool)], spacing: f64) -> (f64, LadderReport) {
+        let at = |&(radius, direction, outward): &(f64, [f64; 3], bool)| {
+            (direction.map(|x| radius * x), direction.map(|x| if outward { x } else { -x }))
+        };
+        let (points, normals): (Vec<[f64; 3]>, Vec<[f64; 3]>) = points.iter().map(at).unzip();
+        let knots = [0; 3].map(|_| KnotVector::uniform(3, -1.25, 0.25, 10).unwrap());
+        climbed(&points, &normals, spacing, &knots)
+    }
+
+    /// Random points of a sphere and of another one inside, a spacing away.
     fn shell() -> (f64, LadderReport) {
         let (count, mut random) = (6000_usize, congruence(1));
         let spacing = (7.6 * std::f64::consts::PI / count as f64).sqrt();
         let radius = |i: usize| if i.is_multiple_of(2) { 1.0 } else { 1.0 - spacing };
-        let (points, normals): (Vec<[f64; 3]>, Vec<[f64; 3]>) = (0..count)
-            .map(|i| {
-                let (z, angle) = (2.0 * random() - 1.0, std::f64::consts::TAU * random());
-                let ring = (1.0 - z * z).sqrt();
-                let direction = [ring * angle.cos(), ring * angle.sin(), z];
-                (direction.map(|x| radius(i) * x), direction.map(|x| if i.is_multiple_of(2) { x } else { -x }))
-            })
-            .unzip();
-        let knots = [0; 3].map(|_| KnotVector::uniform(3, -1.25, 0.25, 10).unwrap());
-        climbed(&points, &normals, spacing, &knots)
+        let points: Vec<_> = (0..count).map(|i| (radius(i), direction(&mut random), i.is_multiple_of(2))).collect();
+        of_spheres(&points, spacing)
+    }
+
+    #[test]
+    fn walls_that_a_shorter_length_has_parted_are_not_welded_for_their_score() {
+        // Two shells, one in the other, each of them 1.2 spacings thick.
+        let (count, spacing, mut random) = (1500, 0.148, congruence(1));
+        let radii = [1.0, 0.822, 0.75, 0.572];
+        let total: f64 = radii.iter().map(|r| r * r).sum();
+        let mut sphere = || {
+            let mut rest = total * random();
+            let found = radii.iter().position(|r| {
+                rest -= r * r;
+                rest < 0.0
+            });
+            let sphere = found.unwrap_or(0);
+            (radii[sphere], direction(&mut random), sphere.is_multiple_of(2))
+        };
+        let points: Vec<_> = (0..count).map(|_| sphere()).collect();
+        let (_, report) = of_spheres(&points, spacing);
+        let best = report.candidates.iter().min_by(|a, b| a.judgement.score.total_cmp(&b.judgement.score)).unwrap();
+        assert!(best.noise.unwrap() > 1.0, "the best score has welded them: {report:?}");
+        assert!(report.choice().unwrap().noise.unwrap() < LEAST_NOISE, "{report:?}");
     }
 
     #[test]

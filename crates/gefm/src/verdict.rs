@@ -20,6 +20,9 @@ const NOISIER: f64 = 3.0;
 /// it scores, if both are about random or the points lie on both sides of it: finer cells can put right a shell that is torn, not one that is
 /// welded, and for W a closed shell without its inner side is as good as with it.
 const PARTS: f64 = 1.8;
+/// What sees more noise than this, in spacings, where a shorter length on wide cells saw less than [`LEAST_NOISE`], has welded walls, whatever it
+/// scores: of points with so much noise that one sees most of it even with random sides.
+pub(crate) const WELDED: f64 = 0.5;
 /// Above this score the sides are about as random as coins.
 pub(crate) const RANDOM: f64 = 0.4;
 
@@ -45,6 +48,8 @@ pub(crate) struct Verdict {
     pub(crate) off: usize,
     /// Whether the points lie on both sides of it rather than around it.
     pub(crate) layered: bool,
+    /// Whether it sees noise where a shorter length saw none.
+    pub(crate) welded: bool,
 }
 
 impl Verdict {
@@ -59,6 +64,7 @@ impl Verdict {
             wide_cells: false,
             off: 0,
             layered: false,
+            welded: false,
         }
     }
 
@@ -74,6 +80,9 @@ impl Verdict {
 
     /// Whether a candidate with a longer length is to be preferred, of which no more than `few` points more may lie off it.
     pub(crate) fn yields_to(&self, longer: &Self, doubtful: f64, few: usize) -> bool {
+        if self.welded != longer.welded {
+            return self.welded;
+        }
         let slack = if self.score < doubtful { SMOOTHER * self.score } else { 0.0 };
         let leaves_more = self.beyond_noise < RANDOM && longer.off.saturating_sub(self.off) > few;
         let follows_noise = self.noise > LEAST_NOISE && self.own_noise.max(longer.own_noise) > FOLLOWS * self.ratio;
@@ -101,6 +110,7 @@ mod tests {
             wide_cells: false,
             off: 5,
             layered: false,
+            welded: false,
         };
         let longer_wins = |shorter: Verdict, longer: Verdict| shorter.yields_to(&longer, 0.25, 16);
         // A hollow shell around points with noise of 1.2 spacings, and the surface in the midst of it.
@@ -123,10 +133,15 @@ mod tests {
         assert!(!longer_wins(on_wide_cells(0.4, 0.76, 0.05), on_wide_cells(3.2, 0.46, 1.6)));
         assert!(longer_wins(on_wide_cells(0.2, 3.2, 0.59), on_wide_cells(1.6, 1.0, 1.17)));
         // Nor is it where points on both sides of the better one say that it has.
-        let welded = Verdict { layered: true, ..on_wide_cells(0.8, 0.19, 1.19) };
-        assert!(!longer_wins(on_wide_cells(0.4, 0.2, 0.03), welded));
-        assert!(longer_wins(on_wide_cells(0.4, 0.2, 0.03), Verdict { layered: false, ..welded }));
-        assert!(longer_wins(on_wide_cells(0.4, 0.2, 0.4), welded), "noise");
+        let layered = Verdict { layered: true, ..on_wide_cells(0.8, 0.19, 1.19) };
+        assert!(!longer_wins(on_wide_cells(0.4, 0.2, 0.03), layered));
+        assert!(longer_wins(on_wide_cells(0.4, 0.2, 0.03), Verdict { layered: false, ..layered }));
+        assert!(longer_wins(on_wide_cells(0.4, 0.2, 0.4), layered), "noise");
+        // Nor does any score speak for what has welded walls, unless against what has welded them, too.
+        let welded = |longer: Verdict| Verdict { welded: true, ..longer };
+        assert!(!longer_wins(verdict(0.4, 2.5, 0.05), welded(verdict(3.2, 0.29, 2.7))));
+        assert!(longer_wins(welded(verdict(0.8, 0.3, 0.7)), verdict(1.6, 0.4, 0.1)));
+        assert!(longer_wins(welded(verdict(1.6, 0.5, 1.0)), welded(verdict(3.2, 0.4, 1.2))));
         // Nor is noise what patches of points have in common, as where gaps between rods are filled.
         let misfit = Verdict { own_noise: 0.3, ..verdict(0.8, 0.32, 0.9) };
         assert!(longer_wins(verdict(0.4, 0.16, 0.3), verdict(0.8, 0.32, 0.9)));

@@ -147,6 +147,7 @@ pub const FAULTS: &[Fault] = &[
         "(side / spacing + margin).ceil() as usize",
     ),
     fault("gefm", "ladder.rs", "> LEFT * self.heard.len()", "> 2.0 * self.heard.len()"),
+    fault("gefm", "ladder.rs", "known.ratio < ratio", "known.ratio > ratio"),
     fault("gefm", "patches.rs", "cosine < OPPOSED", "cosine > OPPOSED"),
     fault("gefm", "noise.rs", "median / MEDIAN_DIFFERENCE", "median * MEDIAN_DIFFERENCE"),
     fault(
