@@ -57,7 +57,29 @@ fn a_cap_of_a_sphere() {
     }
 }
 
-fn is_told(result: &Reconstruction<3>, text: &str) -> bool {
+#[test]
+fn which_ends_of_a_thin_ring_belong_together_is_said_to_be_unknown() {
+    // A ring from 0.92 to 1, of 800 points, and without what is within a sector of its outer side alone, or of both.
+    let ring = |both: bool| {
+        let around = |(radius, count): (f64, u32)| {
+            let angles = (0..count).map(move |i| TAU * (f64::from(i) + 0.5) / f64::from(count));
+            let kept = angles.filter(move |angle| (angle - 2.0).abs() > 0.2 || !(both || radius == 1.0));
+            kept.map(move |angle| [radius * angle.cos(), radius * angle.sin()])
+        };
+        let mut result = reconstruct(
+            &[(1.0, 417), (0.92, 383)].map(around).into_iter().flatten().collect::<Vec<_>>(),
+            &Options::default(),
+        )
+        .unwrap();
+        let loops = extract_curve(&mut result).unwrap().1.loops;
+        (loops, is_told(&result, "which ends belong together"))
+    };
+    assert_eq!(ring(false), (2, false));
+    // The gap is five times as wide as the ring, and the ring ends there twice.
+    assert_eq!(ring(true), (1, true));
+}
+
+fn is_told<const D: usize>(result: &Reconstruction<D>, text: &str) -> bool {
     result.report.warnings.iter().any(|warning| warning.contains(text))
 }
 

@@ -12,7 +12,7 @@ use crate::points::support::{self, Nearest, Support};
 use crate::reconstruct::Reconstruction;
 use crate::report::{ExtractionReport, StageFigures, StageReport};
 use crate::topology::fragile;
-use crate::trust::gaps::gap_warnings;
+use crate::trust::gaps::{curve, surface};
 use crate::trust::shape_name;
 use crate::zero_set::marching::marching_halvings;
 
@@ -51,7 +51,7 @@ pub fn extract_surface(reconstruction: &mut Reconstruction<3>) -> Result<(TriMes
     });
     let shares = shares(&mesh, &support, &nearest);
     if !reconstruction.open {
-        let warnings = gap_warnings(&mesh, &points, (&support, &nearest), &shares, &reconstruction.frame);
+        let warnings = surface::gap_warnings(&mesh, &points, (&support, &nearest), &shares, &reconstruction.frame);
         reconstruction.report.warnings.extend(warnings);
     }
     let uncovered = uncovered(&points, &mesh.vertices, &nearest, 2.0 * reconstruction.spacing.typical);
@@ -131,6 +131,10 @@ pub fn extract_curve(reconstruction: &mut Reconstruction<2>) -> Result<(Curves, 
         }
         sums
     });
+    if !reconstruction.open {
+        let warning = curve::gap_warning(&curves, (&support, &nearest), &reconstruction.frame);
+        reconstruction.report.warnings.extend(warning);
+    }
     let uncovered = uncovered(&points, &all, &nearest, 2.0 * reconstruction.spacing.typical);
     for vertex in curves.loops.iter_mut().chain(&mut curves.paths).flatten() {
         *vertex = reconstruction.frame.to_data(vertex);
