@@ -571,7 +571,7 @@ mod tests {
         [ring * angle.cos(), ring * angle.sin(), z]
     }
 
-    /// Of points of concentric spheres, in turn outward and inward, with a spacing, the share whose side is right, and the ladder's report.
+    /// Of points of concentric spheres, by radius, direction and whether the outside is outward, the share whose side is right, and the ladder's report.
     fn of_spheres(points: &[(f64, [f64; 3], bool)], spacing: f64) -> (f64, LadderReport) {
         let at = |&(radius, direction, outward): &(f64, [f64; 3], bool)| {
             (direction.map(|x| radius * x), direction.map(|x| if outward { x } else { -x }))

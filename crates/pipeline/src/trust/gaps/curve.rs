@@ -40,7 +40,7 @@ pub fn gap_warning(
 #[derive(Debug, Clone, Copy)]
 struct End {
     place: [f64; 2],
-    /// Unit vector along the curve, with the inside on its left.
+    /// Along the curve, with the inside on its left, of any length.
     direction: [f64; 2],
 }
 
@@ -95,9 +95,7 @@ fn gaps_of((number, cycle): (usize, &[[f64; 2]]), nearest: &[Nearest], support: 
         let before = |k: usize| cycle[(if backward { at + n - k } else { at + k }) % n];
         let far = (1..n).map(before).find(|other| distance(other, &cycle[at]) > length).unwrap_or(before(n / 2));
         let sign = if backward { 1.0 } else { -1.0 };
-        let way: [f64; 2] = std::array::from_fn(|axis| sign * (cycle[at][axis] - far[axis]));
-        let norm = way[0].hypot(way[1]);
-        End { place: cycle[at], direction: way.map(|x| x / norm) }
+        End { place: cycle[at], direction: std::array::from_fn(|axis| sign * (cycle[at][axis] - far[axis])) }
     };
     for (k, &a) in near.iter().enumerate() {
         let b = near[(k + 1) % near.len()];
