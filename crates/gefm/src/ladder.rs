@@ -4,7 +4,8 @@
 //! many sheets. And no lattice does: cells wider than a wall cannot hold its two sides. So candidates are fitted from
 //! scratch at several lengths on the first lattice until the [`Referee`] is content with one, and the best climbs. On each
 //! finer lattice the continuation starts from the normals found so far, at p = 1; the eigenvector is sought again only
-//! where the referee doubts all that there is, since p = 1 cannot leave a bad start.
+//! where the referee doubts all that there is, since p = 1 cannot leave a bad start. In the plane, where each gap cuts a curve in two, pieces of the
+//! best are turned round as winding numbers would have them.
 
 use tracing::debug;
 use zeroset_bspline::{Derivatives, KnotVector, Spline};
@@ -14,6 +15,7 @@ use crate::ladder_options::{KnownNormals, LadderOptions};
 use crate::ladder_report::{Candidate, LadderReport, Start};
 use crate::noise::{LAYERED, LEAST_NOISE, layers, noise_deviation};
 use crate::patches::Patches;
+use crate::pieces::{pieces, turned};
 use crate::pulled_points::Found;
 use crate::referee::Referee;
 use crate::rung::Rung;
@@ -124,6 +126,9 @@ const LAST_RESORT: f64 = 3.2;
 const DEEP: f64 = 1.0;
 /// And above this one there is more noise than walls that are too thin can make of it.
 const HOPELESS: f64 = 0.8;
+/// Pieces are turned round so many times at most.
+const MOST_TURNS: usize = 3;
+
 struct Ladder<'a, const D: usize> {
     points: &'a [[f64; D]],
     areas: &'a [f64],
@@ -215,7 +220,31 @@ impl<const D: usize> Ladder<'_, D> {
                 self.search_third_order(&rung)?;
             }
         }
+        self.turn_pieces(&mut rung)?;
         self.rung = Some(rung);
+        Ok(())
+    }
+
+    /// Candidates in the plane with those pieces of the leader turned round that winding numbers would have so. (In space the points go all the
+    /// way around any gap, so that there is one piece.)
+    fn turn_pieces(&mut self, rung: &mut Rung<D>) -> Result<(), GefmError> {
+        if D != 2 || matches!(self.options.normals, KnownNormals::Trust(_)) {
+            return Ok(());
+        }
+        for _ in 0..MOST_TURNS {
+            let Some(known) = self.leader.as_ref().map(|leader| leader.verdict) else { break };
+            let gradients = self.directions();
+            let heard = |of: &[[f64; D]]| -> Vec<[f64; D]> { self.heard.iter().map(|i| of[*i]).collect() };
+            let mut pieces = pieces(&heard(self.points), &heard(&gradients), &self.patches);
+            pieces.iter_mut().flatten().for_each(|index| *index = self.heard[*index]);
+            let Some(normals) = turned(&self.referee, &gradients, &pieces, &self.options.cancel)? else { break };
+            rung.set_ratio(known.ratio)?;
+            let trial = Trial { order: 2, halvings: rung.halvings, unknowns: rung.unknowns(), ratio: known.ratio };
+            let found = self.tried(rung.oriented(&normals, false), trial, Start::Turned)?;
+            if found.score >= known.score || found.is_same(&known) {
+                break;
+            }
+        }
         Ok(())
     }
 
@@ -610,6 +639,25 @@ mod tests {
         let best = report.candidates.iter().min_by(|a, b| a.judgement.score.total_cmp(&b.judgement.score)).unwrap();
         assert!(best.noise.unwrap() > 1.0, "the best score has welded them: {report:?}");
         assert!(report.choice().unwrap().noise.unwrap() < LEAST_NOISE, "{report:?}");
+    }
+
+    #[test]
+    fn pieces_between_the_gaps_of_random_points_are_turned_round() {
+        let (count, mut random) = (2000, congruence(1));
+        let radius = |t: f64| 0.4 * (1.0 + 0.1 * (9.0 * t).cos() + 0.02 * (60.0 * t).cos());
+        let points: Vec<[f64; 2]> = (0..count)
+            .map(|_| {
+                let t = std::f64::consts::TAU * random();
+                <[f64; 2]>::from(t.sin_cos()).map(|x| radius(t) * x)
+            })
+            .collect();
+        let spacing = 3.5 / f64::from(count);
+        let options = LadderOptions { last: 1, ..LadderOptions::new(spacing, 1.0 / spacing) };
+        let (f, _, report) = climb(&points, &vec![1.0; points.len()], &knots(0.6, 48), &options).unwrap();
+        assert!(points.iter().all(|p| dot(&f.value_and_gradient(p).1, p) > 0.0), "{report:?}");
+        assert_eq!(report.choice().unwrap().start, Start::Turned);
+        let from_scratch = report.candidates.iter().filter(|candidate| candidate.start == Start::Eigenvector);
+        assert!(from_scratch.clone().all(|candidate| candidate.judgement.score > 0.3), "{report:?}");
     }
 
     #[test]

@@ -14,6 +14,8 @@ pub enum Start {
     Leader,
     /// Normals known from elsewhere.
     Normals,
+    /// The normals of the best candidate so far, with pieces of the curve turned round.
+    Turned,
     /// Unit normals with which the smoothest function has the least energy.
     UnitNormals,
 }

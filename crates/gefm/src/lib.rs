@@ -51,6 +51,7 @@ mod normal_solver;
 mod orientation;
 mod p_continuation;
 mod patches;
+mod pieces;
 mod pulled_points;
 mod quasi_interpolation;
 mod referee;

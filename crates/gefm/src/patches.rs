@@ -65,7 +65,7 @@ impl Patches {
     pub fn own_share(&self, distances: &[f64]) -> f64 {
         let others = (self.patch - 1) as f64;
         let (mut shared, mut all) = (0.0, 0.0);
-        for (around, d) in self.neighbours.chunks(self.patch).zip(distances) {
+        for (around, d) in self.around().zip(distances) {
             let sum: f64 = around.iter().filter_map(|index| distances.get(*index as usize)).sum();
             let product = d * (sum - d);
             if product.is_finite() {
@@ -87,6 +87,11 @@ impl Patches {
         let patches = self.neighbours.par_chunks(self.patch).with_min_len(64).enumerate();
         let faced = patches.filter(|(index, around)| around.iter().any(|other| faces(*index, *other as usize))).count();
         faced as f64 / points.len().max(1) as f64
+    }
+
+    /// The patch of each point, itself included.
+    pub(crate) fn around(&self) -> impl Iterator<Item = &[u32]> {
+        self.neighbours.chunks(self.patch)
     }
 
     /// How many of these are a patch.

@@ -103,6 +103,19 @@ impl<'a, const D: usize> Referee<'a, D> {
         Ok(Self { points, areas: areas.iter().map(|a| a / density).collect(), away, near, nodes, weights })
     }
 
+    /// Length (2D) or area (3D) that each point stands for.
+    pub(crate) fn areas(&self) -> &[f64] {
+        &self.areas
+    }
+
+    /// `W` at every point for these area vectors, not calibrated.
+    ///
+    /// # Errors
+    /// If an area vector is not finite.
+    pub(crate) fn winding(&self, area_vectors: &[[f64; D]]) -> Result<Vec<f64>, GefmError> {
+        Ok(self.near.with_normals(area_vectors)?.evaluate(self.points)?)
+    }
+
     /// Judges f, and gives `W` at every point, calibrated: ½ where all is well.
     ///
     /// # Errors
@@ -111,7 +124,7 @@ impl<'a, const D: usize> Referee<'a, D> {
         let gradients = f.evaluate(self.points, Derivatives::Gradient).gradients;
         let vectors = area_vectors(&gradients, &self.areas);
         let away = self.away.with_normals(&vectors)?.evaluate(&self.nodes)?;
-        let mut at_points = self.near.with_normals(&vectors)?.evaluate(self.points)?;
+        let mut at_points = self.winding(&vectors)?;
         let values = f.evaluate(&self.nodes, Derivatives::Value).values;
 
         let (mut total, mut negative, mut flux) = (0.0, 0.0, 0.0);

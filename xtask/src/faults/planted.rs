@@ -148,6 +148,7 @@ pub const FAULTS: &[Fault] = &[
     ),
     fault("gefm", "ladder.rs", "> LEFT * self.heard.len()", "> 2.0 * self.heard.len()"),
     fault("gefm", "ladder.rs", "known.ratio < ratio", "known.ratio > ratio"),
+    fault("gefm", "pieces.rs", "is_turned[best] ^= true;", ""),
     fault("pipeline", "trust/gaps/curve.rs", "parts.iter().all(", "parts.iter().any("),
     fault("gefm", "patches.rs", "cosine < OPPOSED", "cosine > OPPOSED"),
     fault("gefm", "noise.rs", "median / MEDIAN_DIFFERENCE", "median * MEDIAN_DIFFERENCE"),

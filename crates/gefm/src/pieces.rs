@@ -1,0 +1,162 @@
+//! Pieces of a curve, and which of them winding numbers would have the other way round.
+//!
+//! Random points of a curve leave gaps of several spacings, and each cuts it in two: with ℓ far below a gap the energy hardly couples the pieces on
+//! both sides, so that any of them may come out the other way round than the rest, whatever its length, and p = 1 cannot leave that. Winding
+//! numbers couple all with all. Their sum over the points is linear in the normals, piece by piece; so what W would be with some pieces turned
+//! round is known without another fit.
+
+use zeroset_watch::CancelToken;
+
+use crate::error::GefmError;
+use crate::gradient_form::area_vectors;
+use crate::lanczos::dot;
+use crate::patches::Patches;
+use crate::referee::Referee;
+
+/// Neighbours are in one piece if the cosine between their normals is at least this,
+const AGREED: f64 = 0.5;
+/// and the sines between what joins them and the tangents are no more than this: where a normal turns over from point to point it points along the
+/// curve on its way.
+const ACROSS: f64 = 0.6;
+/// So many of the largest pieces may be turned.
+const MOST: usize = 32;
+/// Turning a piece must bring the mean of `|W − ½|` down by more than this.
+const LEAST_GAIN: f64 = 1e-4;
+
+/// The points of each piece of at least a patch of `points` with `normals` of any length, most points first.
+pub(crate) fn pieces<const D: usize>(points: &[[f64; D]], normals: &[[f64; D]], patches: &Patches) -> Vec<Vec<usize>> {
+    let units = area_vectors(normals, &vec![1.0; normals.len()]);
+    let is_link = |i: usize, j: usize| {
+        let between: [f64; D] = std::array::from_fn(|axis| points[j][axis] - points[i][axis]);
+        let across = dot(&between, &units[i]).abs().max(dot(&between, &units[j]).abs());
+        dot(&units[i], &units[j]) >= AGREED && across <= ACROSS * dot(&between, &between).sqrt()
+    };
+    let mut links = vec![vec![]; points.len()];
+    for (i, around) in patches.around().enumerate() {
+        for j in around.iter().map(|j| *j as usize).filter(|j| *j != i && is_link(i, *j)) {
+            links[i].push(j);
+            links[j].push(i);
+        }
+    }
+    let mut seen = vec![false; points.len()];
+    let mut pieces: Vec<Vec<usize>> = vec![];
+    for first in 0..points.len() {
+        let mut piece = vec![];
+        let mut next = vec![first];
+        while let Some(i) = next.pop() {
+            if !std::mem::replace(&mut seen[i], true) {
+                piece.push(i);
+                next.extend(&links[i]);
+            }
+        }
+        if piece.len() >= patches.least() {
+            pieces.push(piece);
+        }
+    }
+    pieces.sort_by_key(|piece| std::cmp::Reverse(piece.len()));
+    pieces
+}
+
+/// The normals along `gradients`, with those `pieces` of the points turned round that bring W nearer to ½ at the points, one after the other, the
+/// best first; nothing if none does.
+///
+/// # Errors
+/// If gradients are not finite, or this was cancelled.
+pub(crate) fn turned<const D: usize>(
+    referee: &Referee<D>,
+    gradients: &[[f64; D]],
+    pieces: &[Vec<usize>],
+    cancel: &CancelToken,
+) -> Result<Option<Vec<[f64; D]>>, GefmError> {
+    let pieces = &pieces[..pieces.len().min(MOST)];
+    if pieces.len() < 2 {
+        return Ok(None);
+    }
+    let areas = referee.areas();
+    let mut normals = area_vectors(gradients, areas);
+    let of_piece = |piece: &Vec<usize>| {
+        cancel.check()?;
+        let mut alone = vec![[0.0; D]; normals.len()];
+        piece.iter().for_each(|i| alone[*i] = normals[*i]);
+        referee.winding(&alone)
+    };
+    let mut shares: Vec<Vec<f64>> = pieces.iter().map(of_piece).collect::<Result<_, _>>()?;
+    let mut winding = referee.winding(&normals)?;
+    let total: f64 = areas.iter().sum();
+    let error = |winding: &mut dyn Iterator<Item = f64>| {
+        winding.zip(areas).map(|(w, area)| area * (w - 0.5).abs()).sum::<f64>() / total
+    };
+    let mut is_turned = vec![false; pieces.len()];
+    let mut least = error(&mut winding.iter().copied());
+    loop {
+        let without = |share: &Vec<f64>| error(&mut winding.iter().zip(share).map(|(w, share)| w - 2.0 * share));
+        let errors = shares.iter().map(without).enumerate();
+        let Some((best, found)) = errors.min_by(|a, b| a.1.total_cmp(&b.1)) else { break };
+        if found > least - LEAST_GAIN {
+            break;
+        }
+        for (w, share) in winding.iter_mut().zip(&mut shares[best]) {
+            *w -= 2.0 * *share;
+            *share = -*share;
+        }
+        is_turned[best] ^= true;
+        least = found;
+    }
+    let turned = pieces.iter().zip(&is_turned).filter(|(_, is_turned)| **is_turned);
+    turned.flat_map(|(piece, _)| piece).for_each(|i| normals[*i] = normals[*i].map(|x| -x));
+    Ok(is_turned.contains(&true).then_some(normals))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use zeroset_bspline::KnotVector;
+
+    /// Points on a circle of radius 0.4 with a gap of ten spacings on either side of a third of them.
+    fn arcs() -> (Vec<[f64; 2]>, Vec<bool>) {
+        let indices = (0..300).filter(|i| !(100..110).contains(i) && !(200..210).contains(i));
+        let at = |i: i32| (std::f64::consts::TAU * f64::from(i) / 300.0).sin_cos();
+        indices.map(|i| (<[f64; 2]>::from(at(i)).map(|x| 0.4 * x), (110..200).contains(&i))).unzip()
+    }
+
+    const SPACING: f64 = 0.8 * std::f64::consts::PI / 300.0;
+
+    fn found(gradients: &[[f64; 2]]) -> (Vec<usize>, Option<Vec<[f64; 2]>>) {
+        let (points, _) = arcs();
+        let knots = [0; 2].map(|_| KnotVector::uniform(3, -0.6, 0.1, 12).unwrap());
+        let referee = Referee::new(&points, &vec![1.0; points.len()], SPACING, 1.0 / SPACING, &knots).unwrap();
+        let pieces = pieces(&points, gradients, &Patches::new(&points, SPACING));
+        let turned = turned(&referee, gradients, &pieces, &CancelToken::new()).unwrap();
+        (pieces.iter().map(Vec::len).collect(), turned)
+    }
+
+    #[test]
+    fn a_piece_the_other_way_round_is_turned() {
+        let (points, is_third) = arcs();
+        let gradients: Vec<[f64; 2]> =
+            points.iter().zip(&is_third).map(|(p, third)| p.map(|x| if *third { -7.0 * x } else { x })).collect();
+        let (sizes, turned) = found(&gradients);
+        assert_eq!(sizes, [190, 90]);
+        assert!(turned.unwrap().iter().zip(&points).all(|(n, p)| dot(n, p) > 0.0));
+        // All inward is the larger mistake.
+        let inward: Vec<[f64; 2]> = gradients.iter().map(|g| g.map(|x| -x)).collect();
+        assert!(found(&inward).1.unwrap().iter().zip(&points).all(|(n, p)| dot(n, p) > 0.0));
+    }
+
+    #[test]
+    fn what_is_right_is_left() {
+        let (points, _) = arcs();
+        assert_eq!(found(&points), (vec![190, 90], None));
+    }
+
+    #[test]
+    fn a_normal_that_turns_over_along_the_curve_ends_a_piece() {
+        // By less than a degree from point to point.
+        let line: Vec<[f64; 2]> = (0..600).map(|i| [0.01 * f64::from(i), 0.0]).collect();
+        let angle = |x: f64| std::f64::consts::PI * (x - 2.0).clamp(0.0, 2.0) / 2.0;
+        let normals: Vec<[f64; 2]> = line.iter().map(|p| [angle(p[0]).sin(), angle(p[0]).cos()]).collect();
+        let sizes: Vec<usize> = pieces(&line, &normals, &Patches::new(&line, 0.01)).iter().map(Vec::len).collect();
+        // Up to an angle of arcsin 0.6, in steps of half a pi over a hundred.
+        assert_eq!(sizes, [241, 240]);
+    }
+}
