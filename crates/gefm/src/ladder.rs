@@ -226,13 +226,15 @@ impl<const D: usize> Ladder<'_, D> {
     }
 
     /// Candidates in the plane with those pieces of the leader turned round that winding numbers would have so. (In space the points go all the
-    /// way around any gap, so that there is one piece.)
+    /// way around any gap, so that there is one piece; of open curves winding numbers say nothing.) Sides that are about random are left, for
+    /// doubt: with pieces turned round at will those of points that bound nothing look better than they are.
     fn turn_pieces(&mut self, rung: &mut Rung<D>) -> Result<(), GefmError> {
-        if D != 2 || matches!(self.options.normals, KnownNormals::Trust(_)) {
+        if D != 2 || self.options.open || matches!(self.options.normals, KnownNormals::Trust(_)) {
             return Ok(());
         }
         for _ in 0..MOST_TURNS {
-            let Some(known) = self.leader.as_ref().map(|leader| leader.verdict) else { break };
+            let known = self.leader.as_ref().map(|leader| leader.verdict);
+            let Some(known) = known.filter(|known| known.score < RANDOM) else { break };
             let gradients = self.directions();
             let heard = |of: &[[f64; D]]| -> Vec<[f64; D]> { self.heard.iter().map(|i| of[*i]).collect() };
             let mut pieces = pieces(&heard(self.points), &heard(&gradients), &self.patches);
