@@ -175,9 +175,12 @@ impl<const D: usize> Ladder<'_, D> {
 
     /// The share of the points near which, within `reach`, another one is on a sheet that faces theirs.
     fn facing_share(&self, reach: f64) -> f64 {
-        let normals = self.directions();
-        let heard = |of: &[[f64; D]]| -> Vec<[f64; D]> { self.heard.iter().map(|i| of[*i]).collect() };
-        self.patches.facing_share(&heard(self.points), &heard(&normals), reach)
+        self.patches.facing_share(&self.of_heard(self.points), &self.of_heard(&self.directions()), reach)
+    }
+
+    /// What belongs to the points that are heard.
+    fn of_heard<T: Copy>(&self, all: &[T]) -> Vec<T> {
+        self.heard.iter().map(|i| all[*i]).collect()
     }
 
     /// Whether more than a few points lie off it together with those around them.
@@ -187,8 +190,7 @@ impl<const D: usize> Ladder<'_, D> {
 
     /// Sampson distances of the points that are heard.
     fn distances(&self, f: &Spline<D>) -> Vec<f64> {
-        let all = f.evaluate(self.points, Derivatives::Gradient).sampson_distances();
-        self.heard.iter().map(|i| all[*i]).collect()
+        self.of_heard(&f.evaluate(self.points, Derivatives::Gradient).sampson_distances())
     }
 
     /// Candidates on the lattice after so many halvings.
@@ -226,18 +228,16 @@ impl<const D: usize> Ladder<'_, D> {
     }
 
     /// Candidates in the plane with those pieces of the leader turned round that winding numbers would have so. (In space the points go all the
-    /// way around any gap, so that there is one piece; of open curves winding numbers say nothing.) Sides that are about random are left, for
-    /// doubt: with pieces turned round at will those of points that bound nothing look better than they are.
+    /// way around any gap, so that there is one piece; of open curves winding numbers say nothing.) Of sides that were about
+    /// random one is taken only if it leaves no doubt: with pieces turned round at will those of points that bound nothing look better than they are.
     fn turn_pieces(&mut self, rung: &mut Rung<D>) -> Result<(), GefmError> {
         if D != 2 || self.options.open || matches!(self.options.normals, KnownNormals::Trust(_)) {
             return Ok(());
         }
         for _ in 0..MOST_TURNS {
-            let known = self.leader.as_ref().map(|leader| leader.verdict);
-            let Some(known) = known.filter(|known| known.score < RANDOM) else { break };
+            let Some(known) = self.leader.as_ref().map(|leader| leader.verdict) else { break };
             let gradients = self.directions();
-            let heard = |of: &[[f64; D]]| -> Vec<[f64; D]> { self.heard.iter().map(|i| of[*i]).collect() };
-            let mut pieces = pieces(&heard(self.points), &heard(&gradients), &self.patches);
+            let mut pieces = pieces(&self.of_heard(self.points), &self.of_heard(&gradients), &self.patches);
             pieces.iter_mut().flatten().for_each(|index| *index = self.heard[*index]);
             let Some(normals) = turned(&self.referee, &gradients, &pieces, &self.options.cancel)? else { break };
             rung.set_ratio(known.ratio)?;
@@ -411,7 +411,11 @@ impl<const D: usize> Ladder<'_, D> {
     fn judge(&mut self, found: Found<D>, trial: Trial, start: Start) -> Result<Verdict, GefmError> {
         let other = self.assess(found?, trial, start)?;
         let verdict = other.verdict;
-        let is_usable = trial.order < 3 || (verdict.beyond_noise < HOPELESS && self.is_held(&other.f));
+        let is_usable = match (trial.order, start) {
+            (3, _) => verdict.beyond_noise < HOPELESS && self.is_held(&other.f),
+            (_, Start::Turned) => verdict.score < self.options.doubtful || !self.is_random(),
+            _ => true,
+        };
         let differs = |known: &Verdict| known.ratio != trial.ratio || known.welded != verdict.welded;
         let is_better = is_usable
             && match &self.leader {
@@ -658,8 +662,8 @@ mod tests {
         let (f, _, report) = climb(&points, &vec![1.0; points.len()], &knots(0.6, 48), &options).unwrap();
         assert!(points.iter().all(|p| dot(&f.value_and_gradient(p).1, p) > 0.0), "{report:?}");
         assert_eq!(report.choice().unwrap().start, Start::Turned);
-        let from_scratch = report.candidates.iter().filter(|candidate| candidate.start == Start::Eigenvector);
-        assert!(from_scratch.clone().all(|candidate| candidate.judgement.score > 0.3), "{report:?}");
+        let mut from_scratch = report.candidates.iter().filter(|candidate| candidate.start == Start::Eigenvector);
+        assert!(from_scratch.all(|candidate| candidate.judgement.score > 0.3), "{report:?}");
     }
 
     #[test]

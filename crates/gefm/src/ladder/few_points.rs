@@ -74,12 +74,11 @@ impl<const D: usize> Ladder<'_, D> {
         if D != 3 || self.heard.len() > MOST_UNIT_NORMALS || self.report.unit_normals.is_some() {
             return Ok(());
         }
-        let of_heard = |all: &[[f64; D]]| self.heard.iter().map(|i| all[*i]).collect::<Vec<_>>();
-        let areas: Vec<f64> = self.heard.iter().map(|i| self.areas[*i]).collect();
-        let starts = (of_heard(&self.directions()), of_heard(&self.away_from_centroid()));
+        let areas = self.of_heard(self.areas);
+        let starts = (self.of_heard(&self.directions()), self.of_heard(&self.away_from_centroid()));
         let knots = halved(self.base, UNIT_HALVINGS);
         let weight = self.options.third_order_weight(UNIT_RATIO);
-        let points = (&*of_heard(self.points), &*areas);
+        let points = (&*self.of_heard(self.points), &*areas);
         let found = unit_normals(points, weight, (&starts.0, &starts.1), &knots, &self.options.cancel)?;
         let Some((f, evaluations, report)) = found else { return Ok(()) };
         debug!(?report, "unit normals");
