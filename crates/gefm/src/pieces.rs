@@ -86,7 +86,8 @@ pub(crate) fn turned<const D: usize>(
         referee.winding(&alone)
     };
     let shares: Vec<Vec<f64>> = pieces.iter().map(of_piece).collect::<Result<_, _>>()?;
-    let sum = Sum { beside: referee.winding(&normals)?.iter().map(|w| w - 0.5).collect(), shares, areas };
+    let beside = referee.winding(&normals)?.iter().map(|w| w - 0.5).collect();
+    let sum = Sum { beside, shares, areas, area: areas.iter().sum() };
     let as_it_is = vec![false; pieces.len()];
     let (first, one_by_one) = (sum.error(&as_it_is), sum.descend(as_it_is.clone()));
     let together = sum.descend(sum.least_square());
@@ -106,12 +107,13 @@ struct Sum<'a> {
     /// What each piece adds to it.
     shares: Vec<Vec<f64>>,
     areas: &'a [f64],
+    /// Their sum.
+    area: f64,
 }
 
 impl Sum<'_> {
     fn mean(&self, of: impl Fn(usize) -> f64) -> f64 {
-        let total: f64 = self.areas.iter().sum();
-        self.areas.iter().enumerate().map(|(i, area)| area * of(i)).sum::<f64>() / total
+        self.areas.iter().enumerate().map(|(i, area)| area * of(i)).sum::<f64>() / self.area
     }
 
     /// W − ½ with some pieces turned round.
@@ -223,7 +225,7 @@ mod tests {
     fn pieces_that_have_to_be_turned_together_are_found() {
         // All three leave W at ½ when turned. The first alone makes it worse, with any other still worse than as it was.
         let shares = vec![vec![0.5], vec![0.5], vec![-0.9]];
-        let sum = Sum { beside: vec![0.2], shares, areas: &[1.0] };
+        let sum = Sum { beside: vec![0.2], shares, areas: &[1.0], area: 1.0 };
         let none = vec![false; 3];
         assert_eq!(sum.descend(none.clone()).1, none);
         assert_eq!(sum.least_square(), [true; 3]);
