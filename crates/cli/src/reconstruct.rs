@@ -265,6 +265,9 @@ fn finish<const D: usize>(
         report()
     })?;
     let input = &result.report.input;
+    if let Some(means) = input.averaged {
+        say.line(format_args!("the noise is deeper than the points are apart: {means} means of them were fitted"));
+    }
     if input.outliers > 0 {
         let (few, all) = (input.outliers, input.points);
         say.line(format_args!(

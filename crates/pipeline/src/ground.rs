@@ -1,25 +1,31 @@
 //! The ground that the road is built on, box, lattices, band and memory, and the sides that are found on it: what the points ask for is known in
 //! part before f̂ is found and in part after it.
 
-use zeroset_bspline::CellBand;
+use zeroset_bspline::{CellBand, Derivatives};
 use zeroset_watch::CancelToken;
 
 use crate::error::ReconstructError;
 use crate::lattice::cell_widths::Lattices;
 use crate::lattice::domain::Domain;
 use crate::memory::{self, Counts, MemoryReport};
-use crate::options::Options;
+use crate::options::{Normals, Options};
 use crate::points::frame::Frame;
 use crate::points::known_normals::Known;
 use crate::points::spacing::Spacing;
 use crate::refinement;
 use crate::report::StageFigures;
+use crate::sides::averaging;
 use crate::sides::facing_sheets::facing_share;
 use crate::sides::normals::normals;
-use crate::sides::{SPARSE, SideSearch, Sides};
+use crate::sides::{SHALLOW, SPARSE, SideSearch, Sides};
 
-/// Above this score, without what noise adds, few points are searched again with those that lie on no surface with others.
+/// Above this score, without what noise adds, few points are searched again with those that lie on no surface with others, and for means of
+/// points no finer lattices.
 const UNCONVINCING: f64 = 0.2;
+/// A score up to this, without what noise adds, says that means have been found on the right surface: it is 0.03 and less where they have.
+const CONVINCING: f64 = 0.08;
+/// Fewer means than this leave no shape.
+const FEWEST_MEANS: usize = 100;
 /// Where more than this share of the points face another sheet within a cell of the dense lattice, some of them have no node between them, and
 /// their sides are lost: then its cells are halved once more, which in space takes eight times the nodes.
 const MOST_FACING: f64 = 0.001;
@@ -38,6 +44,8 @@ pub struct Beginning<'a, const D: usize> {
     /// In the frame.
     pub margin: f64,
     pub known: Option<Known<'a, D>>,
+    /// Whether they are means of points with deep noise.
+    pub are_means: bool,
     pub options: &'a Options,
     pub cancel: &'a CancelToken,
 }
@@ -48,6 +56,14 @@ pub struct Ground<const D: usize> {
     /// Where the levels above the dense lattice are refined, as far as memory reaches; none if they are not.
     pub band: Option<CellBand<D>>,
     pub memory: MemoryReport,
+}
+
+/// f̂, and the ground that it was found on.
+pub struct Founded<const D: usize> {
+    pub ground: Ground<D>,
+    pub sides: Sides<D>,
+    /// Whether its points are means of those that were heard.
+    pub of_means: bool,
 }
 
 impl<const D: usize> Beginning<'_, D> {
@@ -74,7 +90,8 @@ impl<const D: usize> Beginning<'_, D> {
     }
 
     /// f̂ for points that are heard, and the ground that it was found on: where few points have no convincing sides without those that lie on no
-    /// surface with others, these may well be a sparse part of it, and all are heard if that gives better ones, or unit normals that agree.
+    /// surface with others, these may well be a sparse part of it, and all are heard if that gives better ones, or unit normals that agree. Where
+    /// noise is deeper than the points are apart f̂ is one of means of them, if its sides are not doubtful.
     ///
     /// # Errors
     /// If f̂ cannot be found.
@@ -83,25 +100,64 @@ impl<const D: usize> Beginning<'_, D> {
         ground: Ground<D>,
         heard: Vec<[f64; D]>,
         spacing: Spacing,
-    ) -> Result<((Ground<D>, Sides<D>), StageFigures), ReconstructError> {
+    ) -> Result<(Founded<D>, StageFigures), ReconstructError> {
         let is_all = heard.len() == self.distinct.len();
-        let (sides, figures) = self.sides_on(&ground, heard, spacing, f64::INFINITY)?;
-        if D == 2 || is_all || self.distinct.len() > SPARSE || self.options.open || sides.score <= UNCONVINCING {
-            return Ok(((ground, sides), figures));
+        let (sides, figures) = self.sides_on(&ground, heard.clone(), spacing, f64::INFINITY)?;
+        let sparse = D == 3 && !is_all && self.distinct.len() <= SPARSE;
+        if self.options.open {
+            return Ok((Founded { ground, sides, of_means: false }, figures));
         }
-        let of_all = || -> Result<_, ReconstructError> {
-            let spacing = Spacing::of(self.distinct);
-            let ground = self.ground(self.distinct, &spacing)?;
-            Ok((self.sides_on(&ground, self.distinct.to_vec(), spacing, sides.score)?, ground))
-        };
-        let is_better = |other: &Sides<D>| {
-            other.agreed || other.score <= UNCONVINCING || (!sides.agreed && other.score < sides.score)
-        };
-        match of_all() {
-            Ok(((other, figures), all)) if is_better(&other) => Ok(((all, other), figures)),
+        let other =
+            if sparse && sides.score > UNCONVINCING { self.of_all(&sides) } else { self.of_means(&heard, &sides) };
+        match other {
+            Ok(Some(found)) => Ok(found),
             Err(error) if error.is_cancelled() => Err(error),
-            _ => Ok(((ground, sides), figures)),
+            _ => Ok((Founded { ground, sides, of_means: false }, figures)),
         }
+    }
+
+    /// For all points, if that gives better sides.
+    fn of_all(&self, sides: &Sides<D>) -> Result<Option<(Founded<D>, StageFigures)>, ReconstructError> {
+        let spacing = Spacing::of(self.distinct);
+        let ground = self.ground(self.distinct, &spacing)?;
+        let (other, figures) = self.sides_on(&ground, self.distinct.to_vec(), spacing, sides.score)?;
+        let is_better = other.agreed || other.score <= UNCONVINCING || (!sides.agreed && other.score < sides.score);
+        Ok(is_better.then_some((Founded { ground, sides: other, of_means: false }, figures)))
+    }
+
+    /// For means of the points, if their noise is deeper than they are apart and means do not contradict each other.
+    fn of_means(
+        &self,
+        heard: &[[f64; D]],
+        sides: &Sides<D>,
+    ) -> Result<Option<(Founded<D>, StageFigures)>, ReconstructError> {
+        let trusted = self.known.is_some() && self.options.normals == Normals::Trust;
+        if trusted || sides.depth <= SHALLOW || sides.spacing.lines.is_some() {
+            return Ok(None);
+        }
+        let Some(depth) = averaging::depth(heard, &sides.spacing) else { return Ok(None) };
+        let of_balls = self.on_means(averaging::in_balls(heard, depth))?;
+        for f_hat in of_balls.iter().map(|(first, _)| &first.sides.f_hat).chain([&sides.f_hat]) {
+            // Better known now: where tubes are hardly wider than the noise, no ball is flat.
+            let depth = averaging::deviation(&f_hat.evaluate(heard, Derivatives::Gradient).sampson_distances());
+            let found = self.on_means(averaging::on_zero_set(heard, f_hat, depth))?;
+            if let Some(found) = found.filter(|(of_means, _)| of_means.sides.score <= CONVINCING) {
+                return Ok(Some(found));
+            }
+        }
+        Ok(None)
+    }
+
+    /// For means that take the place of all points, if these are enough.
+    fn on_means(&self, means: Vec<[f64; D]>) -> Result<Option<(Founded<D>, StageFigures)>, ReconstructError> {
+        if means.len() < FEWEST_MEANS {
+            return Ok(None);
+        }
+        let spacing = Spacing::of(&means);
+        let ground = self.ground(&means, &spacing)?;
+        let beginning = Beginning { distinct: &means, known: None, are_means: true, ..*self };
+        let (sides, figures) = beginning.sides_on(&ground, means.clone(), spacing, UNCONVINCING)?;
+        Ok(Some((Founded { ground, sides, of_means: true }, figures)))
     }
 
     fn sides_on(
@@ -118,6 +174,7 @@ impl<const D: usize> Beginning<'_, D> {
             options: self.options,
             frame: self.frame,
             known: self.known,
+            are_means: self.are_means,
             memory: &ground.memory,
             to_beat,
             cancel: self.cancel,

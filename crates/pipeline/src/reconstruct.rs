@@ -9,7 +9,7 @@ use zeroset_watch::Watch;
 use crate::distance::calibration::{calibrated, distance_figures};
 use crate::distance::redistancing::Redistancing;
 use crate::error::ReconstructError;
-use crate::ground::{Beginning, Ground};
+use crate::ground::{Beginning, Founded, Ground};
 use crate::lattice::cell_widths::Lattices;
 use crate::lattice::domain::Domain;
 use crate::options::{Options, Topology};
@@ -25,6 +25,7 @@ use crate::points::spacing::{NOISY, Spacing};
 use crate::refinement::heavy_tails::HeavyTails;
 use crate::refinement::{Outcome, Refinement};
 use crate::report::{FrameReport, InputReport, REPORT_VERSION, Report, StageFigures, StageReport};
+use crate::sides::averaging::deviation;
 use crate::trust;
 use crate::trust::one_sided;
 use crate::trust::volume;
@@ -41,8 +42,12 @@ pub struct Reconstruction<const D: usize> {
     pub points: Vec<[f64; D]>,
     /// Which of them lie on no part of the surface, and were not fitted.
     pub outliers: Vec<bool>,
+    /// What was fitted in their place, if their noise is deeper than they are apart: means of them.
+    pub means: Option<Vec<[f64; D]>>,
     /// How far apart the fitted ones are.
     pub spacing: Spacing,
+    /// Standard deviation of their distances from their surface.
+    pub noise: f64,
     /// The box and its lattices.
     pub domain: Domain<D>,
     /// How often the coarse lattice's cells were halved for the final one.
@@ -60,6 +65,9 @@ pub struct Reconstruction<const D: usize> {
 
 /// The smoothing length from which refinement of an open surface starts is at most so many spacings if its points are not noisy.
 const CLEAN_RATIO: f64 = 0.4;
+
+/// Where means were fitted, points farther than so many standard deviations of the noise from the result lie on no part of it.
+const BESIDE: f64 = 5.0;
 
 /// Reconstructs a closed curve (`D` = 2) or surface (`D` = 3) from points on it, `N × D` in any unit, as the zero set of
 /// a B-spline that is negative inside. With [`Options::open`] the zero set is cut where the points end when it is extracted.
@@ -140,6 +148,7 @@ pub(crate) fn road<const D: usize>(
         frame: &frame,
         margin: options.margin_in_frame(frame.scale)?,
         known,
+        are_means: false,
         options,
         cancel: &watch.cancel,
     };
@@ -152,13 +161,20 @@ pub(crate) fn road<const D: usize>(
     let mut road = Road { stages: Vec::new(), watch };
 
     let name = if options.topology == Topology::Paper { "topology" } else { "ladder" };
-    let (ground, sides) = road.stage(name, || beginning.sides(ground, heard, spacing))?;
+    let typical = spacing.typical;
+    let Founded { ground, sides, of_means } = road.stage(name, || beginning.sides(ground, heard, spacing))?;
     let Ground { lattices: Lattices { domain, halvings, .. }, band, memory } = beginning.adapted(ground, &sides)?;
-    if sides.strays.len() == distinct.len() {
+    if !of_means && sides.strays.len() == distinct.len() {
         // All were heard in the end.
         outliers.fill(false);
     }
-    mark(&mut outliers, &sides.strays);
+    // What is left out of means, no point is.
+    let mut leave_out = |found: &[bool]| {
+        if !of_means {
+            mark(&mut outliers, found)
+        }
+    };
+    leave_out(&sides.strays);
 
     let cell = domain.spacing(halvings);
     let nodes = domain.nodes(halvings);
@@ -172,7 +188,7 @@ pub(crate) fn road<const D: usize>(
     let stage = SignStage { sides: &sides, sites, domain: &domain, halvings, memory: &memory, options };
     let Signed { phi, distance, off, no_room } = road.stage("sign", || stage.run(distance))?;
     let (mut fitted, mut fitted_spacing) = without(&sides.points, &off, sides.spacing.clone());
-    mark(&mut outliers, &off);
+    leave_out(&off);
 
     let knots = domain.knots(options.degree, halvings)?;
     let initial = road.stage("initial-shape", || {
@@ -203,7 +219,7 @@ pub(crate) fn road<const D: usize>(
                 Ok(((spline, stray, heavy_tails), figures))
             })?;
         (fitted, fitted_spacing) = without(&fitted, &stray, fitted_spacing);
-        mark(&mut outliers, &stray);
+        leave_out(&stray);
         (spline, Some(initial), heavy_tails)
     } else {
         (HierarchicalSpline::new(initial)?, None, None)
@@ -228,6 +244,13 @@ pub(crate) fn road<const D: usize>(
         };
         spline = road.stage("redistancing", || settings.run(spline))?;
     }
+    let mut noise = sides.noise;
+    if of_means {
+        let distances = spline.evaluate(&distinct, Derivatives::Gradient).sampson_distances();
+        noise = deviation(&distances);
+        let is_beside = |d: &f64| d.is_nan() || d.abs() > BESIDE * noise;
+        outliers = distances.iter().map(is_beside).collect();
+    }
     let distance = distance_figures(&spline, &domain, halvings, &distance, (few, fitted_spacing.typical));
     let (warning, mut doubt) = trust::verdict::<D>(&trust, options.open, sides.agreed);
     let mut of_volume = None;
@@ -239,7 +262,8 @@ pub(crate) fn road<const D: usize>(
         let gradients = spline.evaluate(&fitted, Derivatives::Gradient).gradients;
         (of_sides, doubt) = one_sided::verdict(&fitted, &gradients, &fitted_spacing.local, &frame);
     }
-    let (left_out, far) = (distinct.len() - fitted.len(), points.len() - near.len());
+    let left_out = outliers.iter().filter(|outlier| **outlier).count();
+    let far = points.len() - near.len();
     let mut warnings = warnings::of_stages(&road.stages, options.open);
     warnings.extend(warning.into_iter().chain(of_volume).chain(of_sides));
     warnings.extend(memory.warning(cell));
@@ -253,9 +277,10 @@ pub(crate) fn road<const D: usize>(
             points: points.len(),
             repeated: near.len() - distinct.len(),
             outliers: left_out + far,
-            spacing: sides.spacing.typical / frame.scale,
+            spacing: if of_means { typical } else { sides.spacing.typical } / frame.scale,
+            averaged: of_means.then_some(fitted.len()),
             in_lines: sides.spacing.lines.is_some().then(|| sides.spacing.count()),
-            noise: sides.noise / frame.scale,
+            noise: noise / frame.scale,
             heavy_tails: heavy_tails.map(|found| HeavyTails { loss_length: found.loss_length / frame.scale, ..found }),
         },
         frame: FrameReport {
@@ -278,7 +303,9 @@ pub(crate) fn road<const D: usize>(
         frame,
         points: distinct,
         outliers,
+        means: of_means.then_some(fitted),
         spacing: fitted_spacing,
+        noise: sides.noise,
         domain,
         halvings,
         guide,
@@ -289,9 +316,9 @@ pub(crate) fn road<const D: usize>(
 }
 
 impl<const D: usize> Reconstruction<D> {
-    /// The points that were fitted, in the frame.
+    /// The points that were fitted, in the frame, or their means.
     pub fn fitted(&self) -> Vec<[f64; D]> {
-        kept(&self.points, &self.outliers)
+        self.means.clone().unwrap_or_else(|| kept(&self.points, &self.outliers))
     }
 
     /// The function in the data's unit of length, on knots relative to the returned origin: `f(x) = spline(x − origin)`.

@@ -83,6 +83,8 @@ pub struct InputReport {
     pub outliers: usize,
     /// Typical distance between neighbouring points, in the data's unit.
     pub spacing: f64,
+    /// How many means of the points were fitted in their place, where noise is deeper than they are apart.
+    pub averaged: Option<usize>,
     /// Of points in lines (scan lines, slices, strokes), much closer along than across, how many are about as far apart as the spacing
     /// says; the others lie between them.
     pub in_lines: Option<usize>,

@@ -20,6 +20,7 @@ use crate::report::StageFigures;
 use crate::sides::leave_one_out::LeaveOneOut;
 use crate::sides::normals::normals;
 
+pub(crate) mod averaging;
 pub(crate) mod facing_sheets;
 pub(crate) mod leave_one_out;
 pub(crate) mod normals;
@@ -32,7 +33,7 @@ const ROUNDS: usize = 3;
 const A_FEW: f64 = 0.0005;
 
 /// Where f̂ sees no more noise than so many spacings, the points are a layer, and as many as there are.
-const SHALLOW: f64 = 0.5;
+pub const SHALLOW: f64 = 0.5;
 /// Where it sees more, and its score without what such noise adds is above this, its sides are doubtful: points many times deeper than they
 /// are apart look like a body. Of fewer, farther apart, the noise is shallower:
 const DOUBTFUL: f64 = 0.25;
@@ -72,6 +73,8 @@ pub struct Sides<const D: usize> {
     pub ratio: f64,
     /// Standard deviation of the points' distances from their surface.
     pub noise: f64,
+    /// The noise that f̂ sees, in spacings of the points that it was fitted to.
+    pub depth: f64,
     /// The referee's score of f̂, without what such noise adds.
     pub score: f64,
     /// Whether f̂ has unit normals of least energy that were found from two starts: then it knows more than winding numbers do.
@@ -114,6 +117,8 @@ pub struct SideSearch<'a, const D: usize> {
     pub frame: &'a Frame<D>,
     /// Normals that come with the points.
     pub known: Option<Known<'a, D>>,
+    /// Whether the points are means of others with deep noise: they may be few, but are not sparse.
+    pub are_means: bool,
     /// What may be used: neither third order nor more points are worth more than that.
     pub memory: &'a MemoryReport,
     /// A score that is to be beaten (infinite if there is none): what does not do so at once is not looked at further.
@@ -139,7 +144,7 @@ impl<const D: usize> SideSearch<'_, D> {
             if let Some(found) = self.with_more(&points, &spacing, &fit, (&few, choice))? {
                 ((fit, few), chosen) = (found, Choice::Even(MORE));
             }
-            let Fit { f_hat, calibration, ratio, score, figures, .. } = fit;
+            let Fit { f_hat, calibration, ratio, depth, score, figures } = fit;
             let agreed = matches!(&figures, StageFigures::Ladder(report) if report.has_agreed());
             let noise = gefm::noise_deviation(&f_hat, &points);
             let left_out = known + all - points.len();
@@ -154,7 +159,7 @@ impl<const D: usize> SideSearch<'_, D> {
             if score >= self.to_beat || too_many || round == ROUNDS || count <= A_FEW * enough {
                 let few = if count > 0.0 && !too_many { thinned(&points, &spacing, chosen) } else { few };
                 return Ok((
-                    Sides { f_hat, calibration, ratio, noise, score, agreed, strays, points, spacing, few },
+                    Sides { f_hat, calibration, ratio, noise, depth, score, agreed, strays, points, spacing, few },
                     figures,
                 ));
             }
@@ -278,6 +283,7 @@ impl<const D: usize> SideSearch<'_, D> {
                     && !options.open
                     && options.degree >= 3
                     && points.len() <= SPARSE
+                    && !self.are_means
                     && self.memory.has_room_to_factor::<D>(gefm::MOST_FACTORED, options.degree);
                 let settings = gefm::LadderOptions {
                     last: self.finest(),

@@ -90,6 +90,7 @@ pub(crate) fn read(report: &Report, file: &str, sides: &[f64]) -> String {
         r if r < 0.1 => "hardly any: below a tenth of the spacing",
         r if r < 0.5 => "some, but less than half of the spacing",
         r if r < 1.0 => "much: near the spacing, so fine detail is smoothed away",
+        _ if input.averaged.is_some() => "more than the spacing",
         _ => "more than the spacing: only the coarse shape can be had",
     };
     let dimension =
@@ -105,6 +106,13 @@ pub(crate) fn read(report: &Report, file: &str, sides: &[f64]) -> String {
         ("typical spacing", figure(input.spacing), "from a point to its neighbours; much finer detail cannot be seen"),
         ("noise", figure(input.noise), noise),
     ];
+    if let Some(means) = input.averaged {
+        rows.push((
+            "means that were fitted",
+            count(means),
+            "in the points' place, for their noise is deeper than they are apart",
+        ));
+    }
     if let Some(apart) = input.in_lines {
         let why = "the points lie in lines, much closer along than across; so many are as far apart as the spacing says, the others between";
         rows.push(("apart from each other", count(apart), why));

@@ -65,6 +65,36 @@ fn dense_torus() {
     comes_out_right(&torus(0.4, 30_000, &mut Random(7)), 1, 0.17);
 }
 
+/// Noise of 2.5 spacings, then of five: more points of the same surface with the same noise tell more of it, and nearly all belong to it.
+#[test]
+fn noise_deeper_than_the_points_are_apart_is_averaged() {
+    let (exact, noise) = (torus(0.4, 2000, &mut Random(8)), 0.05);
+    let mean_distance = |count| {
+        let mut random = Random(9);
+        let mut points = torus(0.4, count, &mut random);
+        points.iter_mut().flatten().for_each(|x| *x += noise * random.gaussian());
+        let mut result = reconstruct(&points, &Options::default()).unwrap();
+        let (_, topology) = extract_surface(&mut result).unwrap();
+        let report = &result.report;
+        assert_eq!((topology.components, topology.genus, topology.closed), (1, 1, true), "{:?}", report.warnings);
+        assert!(report.doubt.is_none() && report.warnings.is_empty(), "{:?}", report.warnings);
+        let input = &report.input;
+        assert!((input.noise / noise - 1.0).abs() < 0.1, "{}", input.noise);
+        // Beyond five standard deviations is none in a million.
+        assert!(input.outliers * 10_000 < count && input.averaged.is_some_and(|means| means < count / 3), "{input:?}");
+        let places: Vec<[f64; 3]> = exact.iter().map(|p| result.frame.to_frame(p)).collect();
+        let distances = result.spline.evaluate(&places, Derivatives::Gradient).sampson_distances();
+        let oriented = result.oriented(&points);
+        // 95 % are within two standard deviations, which leaves half of the confidence where nothing else takes any.
+        let sure = oriented.iter().filter(|point| point.confidence > 0.5).count();
+        assert!(sure * 10 > 8 * count, "{sure} of {count}");
+        distances.iter().map(|d| d.abs()).sum::<f64>() / exact.len() as f64 / result.frame.scale / noise
+    };
+    // 0.13 and 0.08 of a standard deviation.
+    let (some, many) = (mean_distance(40_000), mean_distance(160_000));
+    assert!(some < 0.16 && many < 0.8 * some, "{some} {many}");
+}
+
 /// The result for points with noise of the given standard deviation, and its components and genus.
 fn with_noise(mut points: Vec<[f64; 3]>, noise: f64, random: &mut Random) -> (Report, (usize, i64)) {
     points.iter_mut().flatten().for_each(|x| *x += noise * random.gaussian());

@@ -49,10 +49,14 @@ fn thinned_evenly_spaced<const D: usize>(points: &[[f64; D]], spacing: &Spacing,
     Some((few, spacing))
 }
 
-/// One point per cell of a lattice fine enough to leave about `count`: the one nearest to its cell's centre.
+/// One point per cell of a lattice fine enough to leave about `count`.
 fn evenly<const D: usize>(points: &[[f64; D]], typical: f64, count: usize) -> Vec<[f64; D]> {
     let share = points.len() as f64 / count as f64;
-    let cell = typical * share.powf(1.0 / (D as f64 - 1.0));
+    one_per_cell(points, typical * share.powf(1.0 / (D as f64 - 1.0)))
+}
+
+/// Of each cubic cell of that side the point nearest to its centre.
+pub(crate) fn one_per_cell<const D: usize>(points: &[[f64; D]], cell: f64) -> Vec<[f64; D]> {
     let mut chosen: BTreeMap<[i64; D], (f64, [f64; D])> = BTreeMap::new();
     for point in points {
         let place = point.map(|x| (x / cell).floor());

@@ -8,6 +8,9 @@ use zeroset_bspline::{Derivatives, Evaluation};
 use crate::points::kd_tree::tree_of;
 use crate::reconstruct::Reconstruction;
 
+/// A residual of a cell leaves no confidence, nor one of so many standard deviations of the noise if that is more.
+const NOISES: f64 = 4.0;
+
 /// A point of the input with the direction out of the shape.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct OrientedPoint<const D: usize> {
@@ -32,7 +35,7 @@ impl<const D: usize> Reconstruction<D> {
     pub fn oriented(&self, points: &[[f64; D]]) -> Vec<OrientedPoint<D>> {
         let places: Vec<[f64; D]> = points.iter().map(|point| self.frame.to_frame(point)).collect();
         let evaluation = self.evaluate_for_normals(&places);
-        let cell = self.domain.spacing(self.halvings);
+        let farthest = self.domain.spacing(self.halvings).max(NOISES * self.report.input.noise * self.frame.scale);
         let length = |g: &[f64; D]| g.iter().map(|g| g * g).sum::<f64>().sqrt();
         let inside = || evaluation.gradients.iter().map(length).filter(|length| length.is_finite());
         let usual = inside().sum::<f64>() / inside().count().max(1) as f64;
@@ -53,10 +56,9 @@ impl<const D: usize> Reconstruction<D> {
                     return OrientedPoint { position: *point, normal: [0.0; D], confidence: 0.0, outlier: true };
                 }
                 let normal = gradient.map(|g| if norm > 0.0 { g / norm } else { 0.0 });
-                // A residual of a cell leaves no confidence.
                 let confidence = side
                     * (norm / usual.max(f64::MIN_POSITIVE)).min(1.0)
-                    * (1.0 - (value / norm.max(f64::MIN_POSITIVE) / cell).abs()).max(0.0);
+                    * (1.0 - (value / norm.max(f64::MIN_POSITIVE) / farthest).abs()).max(0.0);
                 OrientedPoint { position: *point, normal, confidence, outlier: self.outliers[first(place)] }
             })
             .collect()

@@ -217,8 +217,7 @@ fn shares(mesh: &TriMesh, support: &Support<'_, 3>, nearest: &[Nearest]) -> Vec<
 
 /// Whether a topology that the initial shape did not have hangs on little.
 fn is_doubtful<const D: usize>(reconstruction: &Reconstruction<D>) -> bool {
-    let (input, scale) = (&reconstruction.report.input, reconstruction.frame.scale);
-    fragile::is_doubtful(&reconstruction.spline, input.noise * scale, input.spacing * scale)
+    fragile::is_doubtful(&reconstruction.spline, reconstruction.noise, reconstruction.spacing.typical)
 }
 
 /// Moves the vertices from the first one on to f = 0 and gives them their normals, in the frame.
@@ -264,8 +263,7 @@ impl Closes {
     ) -> Self {
         let [extent, all] = measure();
         let cell = reconstruction.domain.spacing(reconstruction.halvings);
-        let spacing = reconstruction.report.input.spacing * reconstruction.frame.scale;
-        let reach = (FAR * spacing).max(2.0 * cell);
+        let reach = (FAR * reconstruction.spacing.typical).max(2.0 * cell);
         let is_far = |near: &Nearest| near.distance > reach && near.spacings() > FAR;
         // A point that was not fitted may be nearer.
         let candidates: Vec<[f64; D]> =

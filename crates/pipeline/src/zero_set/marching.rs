@@ -28,8 +28,6 @@ pub(crate) fn marching_halvings<const D: usize>(reconstruction: &Reconstruction<
     let longest = reconstruction.domain.cells(reconstruction.halvings).into_iter().max().unwrap_or(0);
     let levels = reconstruction.spline.levels().len() as u32;
     let cell = |halvings: u32| reconstruction.domain.spacing(reconstruction.halvings + halvings);
-    let (input, scale) = (&reconstruction.report.input, reconstruction.frame.scale);
-    let spacing = input.spacing * scale;
     let refined = reconstruction.initial.is_some();
     let extents = if refined { extents(reconstruction) } else { vec![] };
     let vertices = |halvings: u32| -> f64 {
@@ -40,7 +38,7 @@ pub(crate) fn marching_halvings<const D: usize>(reconstruction: &Reconstruction<
     let mut halvings = levels + u32::from(longest << levels < FINE_ENOUGH || (refined && vertices(levels + 1) < MANY));
     if refined && vertices(halvings + 1) < MANY_FOR_SAG {
         let curvature = typical_curvature(reconstruction);
-        let shown = (SAG * spacing).max(SAG_IN_NOISE * input.noise * scale);
+        let shown = (SAG * reconstruction.spacing.typical).max(SAG_IN_NOISE * reconstruction.noise);
         while sag(curvature, cell(halvings)) > shown && vertices(halvings + 1) < MANY_FOR_SAG {
             halvings += 1;
         }
@@ -141,7 +139,7 @@ mod tests {
         let coarse = reconstruct(&round::<3>(150), &Options { resolution: Some(8), ..Options::default() }).unwrap();
         let halvings = *marching_halvings(&coarse).end();
         let cell = coarse.domain.spacing(coarse.halvings + halvings);
-        let spacing = coarse.report.input.spacing * coarse.frame.scale;
+        let spacing = coarse.spacing.typical;
         assert!(sag(typical_curvature(&coarse), cell) <= SAG * spacing, "{halvings}");
         assert!(sag(typical_curvature(&coarse), 2.0 * cell) > SAG * spacing, "and no further: {halvings}");
     }
