@@ -559,6 +559,28 @@ mod tests {
         assert_eq!(right, points.len());
     }
 
+    /// Of a length of six spacings, with three of which the sides are about random. With less noise it is not tried.
+    #[test]
+    fn noise_of_many_spacings_asks_for_a_long_length() {
+        // A curve with three lobes and a circumference of 2.8; what the sixth neighbour says of the spacing grows with the root of the noise.
+        for (noise, spacing, is_tried) in [(0.035, 0.0086, true), (0.01, 0.0046, false)] {
+            let mut uniform = congruence(3);
+            let mut normal = || (0..12).map(|_| uniform()).sum::<f64>() - 6.0;
+            let at = |i: u32| (f64::from(i) * 0.618_033_988_75).fract() * std::f64::consts::TAU;
+            let radius = |angle: f64| 0.35 * (1.0 + 0.3 * (3.0 * angle).cos());
+            let mut noisy = |x: f64| x + noise * normal();
+            let points: Vec<[f64; 2]> = (0..1000)
+                .map(at)
+                .map(|angle| [noisy(radius(angle) * angle.cos()), noisy(radius(angle) * angle.sin())])
+                .collect();
+            let options = LadderOptions { last: 3, ..LadderOptions::new(spacing, 1.0 / spacing) };
+            let (_, _, report) = climb(&points, &[1.0; 1000], &knots(0.6, 24), &options).unwrap();
+            let tried: Vec<f64> = report.candidates.iter().map(|found| found.ratio).collect();
+            assert_eq!(tried.contains(&6.4), is_tried, "{noise}: {tried:?}");
+            assert!(report.choice().unwrap().judgement.score < RANDOM, "{report:?}");
+        }
+    }
+
     #[test]
     fn sides_that_are_random_do_not_show_the_way() {
         // A plate 1 × 0.7 × 0.02, less than a spacing thick, with its rim.
