@@ -132,7 +132,8 @@ impl<const D: usize> Beginning<'_, D> {
         sides: &Sides<D>,
     ) -> Result<Option<(Founded<D>, StageFigures)>, ReconstructError> {
         let trusted = self.known.is_some() && self.options.normals == Normals::Trust;
-        if trusted || sides.depth <= SHALLOW || sides.spacing.lines.is_some() {
+        let wanted = self.options.smoothing.is_some();
+        if trusted || wanted || sides.depth <= SHALLOW || sides.spacing.lines.is_some() {
             return Ok(None);
         }
         let Some(depth) = averaging::depth(heard, &sides.spacing) else { return Ok(None) };
