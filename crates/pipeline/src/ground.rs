@@ -2,6 +2,7 @@
 //! part before f̂ is found and in part after it.
 
 use zeroset_bspline::{CellBand, Derivatives};
+use zeroset_trust_region::normal_deviation;
 use zeroset_watch::CancelToken;
 
 use crate::error::ReconstructError;
@@ -59,12 +60,7 @@ pub struct Ground<const D: usize> {
 }
 
 /// f̂, and the ground that it was found on.
-pub struct Founded<const D: usize> {
-    pub ground: Ground<D>,
-    pub sides: Sides<D>,
-    /// Whether its points are means of those that were heard.
-    pub of_means: bool,
-}
+pub type Founded<const D: usize> = ((Ground<D>, Sides<D>), StageFigures);
 
 impl<const D: usize> Beginning<'_, D> {
     fn counts(&self, spacing: &Spacing, domain: &Domain<D>, halvings: u32, band: Option<&CellBand<D>>) -> Counts {
@@ -100,37 +96,33 @@ impl<const D: usize> Beginning<'_, D> {
         ground: Ground<D>,
         heard: Vec<[f64; D]>,
         spacing: Spacing,
-    ) -> Result<(Founded<D>, StageFigures), ReconstructError> {
+    ) -> Result<Founded<D>, ReconstructError> {
         let is_all = heard.len() == self.distinct.len();
         let (sides, figures) = self.sides_on(&ground, heard.clone(), spacing, f64::INFINITY)?;
         let sparse = D == 3 && !is_all && self.distinct.len() <= SPARSE;
         if self.options.open {
-            return Ok((Founded { ground, sides, of_means: false }, figures));
+            return Ok(((ground, sides), figures));
         }
         let other =
             if sparse && sides.score > UNCONVINCING { self.of_all(&sides) } else { self.of_means(&heard, &sides) };
         match other {
             Ok(Some(found)) => Ok(found),
             Err(error) if error.is_cancelled() => Err(error),
-            _ => Ok((Founded { ground, sides, of_means: false }, figures)),
+            _ => Ok(((ground, sides), figures)),
         }
     }
 
     /// For all points, if that gives better sides.
-    fn of_all(&self, sides: &Sides<D>) -> Result<Option<(Founded<D>, StageFigures)>, ReconstructError> {
+    fn of_all(&self, sides: &Sides<D>) -> Result<Option<Founded<D>>, ReconstructError> {
         let spacing = Spacing::of(self.distinct);
         let ground = self.ground(self.distinct, &spacing)?;
         let (other, figures) = self.sides_on(&ground, self.distinct.to_vec(), spacing, sides.score)?;
         let is_better = other.agreed || other.score <= UNCONVINCING || (!sides.agreed && other.score < sides.score);
-        Ok(is_better.then_some((Founded { ground, sides: other, of_means: false }, figures)))
+        Ok(is_better.then_some(((ground, other), figures)))
     }
 
     /// For means of the points, if their noise is deeper than they are apart and means do not contradict each other.
-    fn of_means(
-        &self,
-        heard: &[[f64; D]],
-        sides: &Sides<D>,
-    ) -> Result<Option<(Founded<D>, StageFigures)>, ReconstructError> {
+    fn of_means(&self, heard: &[[f64; D]], sides: &Sides<D>) -> Result<Option<Founded<D>>, ReconstructError> {
         let trusted = self.known.is_some() && self.options.normals == Normals::Trust;
         let wanted = self.options.smoothing.is_some();
         if trusted || wanted || sides.depth <= SHALLOW || sides.spacing.lines.is_some() {
@@ -138,11 +130,11 @@ impl<const D: usize> Beginning<'_, D> {
         }
         let Some(depth) = averaging::depth(heard, &sides.spacing) else { return Ok(None) };
         let of_balls = self.on_means(averaging::in_balls(heard, depth))?;
-        for f_hat in of_balls.iter().map(|(first, _)| &first.sides.f_hat).chain([&sides.f_hat]) {
+        for f_hat in of_balls.iter().map(|((_, first), _)| &first.f_hat).chain([&sides.f_hat]) {
             // Better known now: where tubes are hardly wider than the noise, no ball is flat.
-            let depth = averaging::deviation(&f_hat.evaluate(heard, Derivatives::Gradient).sampson_distances());
+            let depth = normal_deviation(f_hat.evaluate(heard, Derivatives::Gradient).sampson_distances());
             let found = self.on_means(averaging::on_zero_set(heard, f_hat, depth))?;
-            if let Some(found) = found.filter(|(of_means, _)| of_means.sides.score <= CONVINCING) {
+            if let Some(found) = found.filter(|((_, of_means), _)| of_means.score <= CONVINCING) {
                 return Ok(Some(found));
             }
         }
@@ -150,7 +142,7 @@ impl<const D: usize> Beginning<'_, D> {
     }
 
     /// For means that take the place of all points, if these are enough.
-    fn on_means(&self, means: Vec<[f64; D]>) -> Result<Option<(Founded<D>, StageFigures)>, ReconstructError> {
+    fn on_means(&self, means: Vec<[f64; D]>) -> Result<Option<Founded<D>>, ReconstructError> {
         if means.len() < FEWEST_MEANS {
             return Ok(None);
         }
@@ -158,7 +150,7 @@ impl<const D: usize> Beginning<'_, D> {
         let ground = self.ground(&means, &spacing)?;
         let beginning = Beginning { distinct: &means, known: None, are_means: true, ..*self };
         let (sides, figures) = beginning.sides_on(&ground, means.clone(), spacing, UNCONVINCING)?;
-        Ok(Some((Founded { ground, sides, of_means: true }, figures)))
+        Ok(Some(((ground, sides), figures)))
     }
 
     fn sides_on(

@@ -8,6 +8,7 @@ pub(crate) mod known_normals;
 pub(crate) mod left_out;
 pub(crate) mod lines;
 pub(crate) mod repetitions;
+pub(crate) mod roundness;
 pub(crate) mod rows;
 pub(crate) mod spacing;
 pub(crate) mod support;

@@ -4,12 +4,13 @@ use std::time::Instant;
 
 use zeroset_bspline::{Derivatives, HierarchicalSpline, Spline};
 use zeroset_lsq_init as lsq_init;
+use zeroset_trust_region::normal_deviation;
 use zeroset_watch::Watch;
 
 use crate::distance::calibration::{calibrated, distance_figures};
 use crate::distance::redistancing::Redistancing;
 use crate::error::ReconstructError;
-use crate::ground::{Beginning, Founded, Ground};
+use crate::ground::{Beginning, Ground};
 use crate::lattice::cell_widths::Lattices;
 use crate::lattice::domain::Domain;
 use crate::options::{Options, Topology};
@@ -25,7 +26,6 @@ use crate::points::spacing::{NOISY, Spacing};
 use crate::refinement::heavy_tails::HeavyTails;
 use crate::refinement::{Outcome, Refinement};
 use crate::report::{FrameReport, InputReport, REPORT_VERSION, Report, StageFigures, StageReport};
-use crate::sides::averaging::deviation;
 use crate::trust;
 use crate::trust::one_sided;
 use crate::trust::volume;
@@ -162,15 +162,15 @@ pub(crate) fn road<const D: usize>(
 
     let name = if options.topology == Topology::Paper { "topology" } else { "ladder" };
     let typical = spacing.typical;
-    let Founded { ground, sides, of_means } = road.stage(name, || beginning.sides(ground, heard, spacing))?;
+    let (ground, sides) = road.stage(name, || beginning.sides(ground, heard, spacing))?;
     let Ground { lattices: Lattices { domain, halvings, .. }, band, memory } = beginning.adapted(ground, &sides)?;
-    if !of_means && sides.strays.len() == distinct.len() {
+    if !sides.of_means && sides.strays.len() == distinct.len() {
         // All were heard in the end.
         outliers.fill(false);
     }
     // What is left out of means, no point is.
     let mut leave_out = |found: &[bool]| {
-        if !of_means {
+        if !sides.of_means {
             mark(&mut outliers, found)
         }
     };
@@ -245,9 +245,9 @@ pub(crate) fn road<const D: usize>(
         spline = road.stage("redistancing", || settings.run(spline))?;
     }
     let mut noise = sides.noise;
-    if of_means {
+    if sides.of_means {
         let distances = spline.evaluate(&distinct, Derivatives::Gradient).sampson_distances();
-        noise = deviation(&distances);
+        noise = normal_deviation(distances.clone());
         let is_beside = |d: &f64| d.is_nan() || d.abs() > BESIDE * noise;
         outliers = distances.iter().map(is_beside).collect();
     }
@@ -277,8 +277,8 @@ pub(crate) fn road<const D: usize>(
             points: points.len(),
             repeated: near.len() - distinct.len(),
             outliers: left_out + far,
-            spacing: if of_means { typical } else { sides.spacing.typical } / frame.scale,
-            averaged: of_means.then_some(fitted.len()),
+            spacing: if sides.of_means { typical } else { sides.spacing.typical } / frame.scale,
+            averaged: sides.of_means.then_some(fitted.len()),
             in_lines: sides.spacing.lines.is_some().then(|| sides.spacing.count()),
             noise: noise / frame.scale,
             heavy_tails: heavy_tails.map(|found| HeavyTails { loss_length: found.loss_length / frame.scale, ..found }),
@@ -303,7 +303,7 @@ pub(crate) fn road<const D: usize>(
         frame,
         points: distinct,
         outliers,
-        means: of_means.then_some(fitted),
+        means: sides.of_means.then_some(fitted),
         spacing: fitted_spacing,
         noise: sides.noise,
         domain,

@@ -79,6 +79,8 @@ pub struct Sides<const D: usize> {
     pub score: f64,
     /// Whether f̂ has unit normals of least energy that were found from two starts: then it knows more than winding numbers do.
     pub agreed: bool,
+    /// Whether its points are means of others, with deep noise.
+    pub of_means: bool,
     /// Which of the points are strays.
     pub strays: Vec<bool>,
     /// The others,
@@ -159,7 +161,20 @@ impl<const D: usize> SideSearch<'_, D> {
             if score >= self.to_beat || too_many || round == ROUNDS || count <= A_FEW * enough {
                 let few = if count > 0.0 && !too_many { thinned(&points, &spacing, chosen) } else { few };
                 return Ok((
-                    Sides { f_hat, calibration, ratio, noise, depth, score, agreed, strays, points, spacing, few },
+                    Sides {
+                        f_hat,
+                        calibration,
+                        ratio,
+                        noise,
+                        depth,
+                        score,
+                        agreed,
+                        of_means: self.are_means,
+                        strays,
+                        points,
+                        spacing,
+                        few,
+                    },
                     figures,
                 ));
             }

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use zeroset_bspline::{BlockField, IndexSet, Level};
 use zeroset_multigrid::{BandCollocation, BandEnergy, BandOperator, BandRows, inner_product};
 
+use crate::deviation::normal_deviation;
 use crate::level_options::LevelOptions;
 use crate::level_report::LevelErrors;
 use crate::rows::dot;
@@ -160,19 +161,10 @@ impl<const D: usize> Part<D> {
 
     /// The standard deviation of the Sampson distances if they are normal, by their median: outliers do not count.
     fn spread(&self, sampson: &Sampson<D>) -> f64 {
-        let distance = |(value, gradient): &(f64, [f64; D])| (value / sampson.divisor(gradient)).abs();
-        let mut distances: Vec<f64> = sampson.found.par_iter().with_min_len(CHUNK).map(distance).collect();
-        let middle = distances.len() / 2;
-        if distances.is_empty() {
-            0.0
-        } else {
-            *distances.select_nth_unstable_by(middle, f64::total_cmp).1 / NORMAL_MEDIAN
-        }
+        let distance = |(value, gradient): &(f64, [f64; D])| value / sampson.divisor(gradient);
+        normal_deviation(sampson.found.par_iter().with_min_len(CHUNK).map(distance).collect())
     }
 }
-
-/// Median of `|X|` for a normal variable with standard deviation 1.
-const NORMAL_MEDIAN: f64 = 0.674_49;
 
 /// Sampson distances at one function.
 #[derive(Debug, Clone)]

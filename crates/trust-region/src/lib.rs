@@ -62,6 +62,7 @@
 
 mod anchor;
 mod cascade;
+mod deviation;
 mod error;
 mod holdout;
 mod iteration;
@@ -84,6 +85,7 @@ mod sides;
 mod steihaug;
 mod twicing;
 
+pub use deviation::normal_deviation;
 pub use error::Error;
 pub use holdout::lots;
 pub use level_options::{LevelError, LevelOptions};

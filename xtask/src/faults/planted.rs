@@ -151,7 +151,7 @@ pub const FAULTS: &[Fault] = &[
     fault("gefm", "pieces.rs", "is_turned[piece] ^= true;", ""),
     fault("gefm", "pieces.rs", "STAY.min(count / 3)", "0"),
     fault("pipeline", "trust/gaps/curve.rs", "parts.iter().all(", "parts.iter().any("),
-    fault("pipeline", "sides/averaging.rs", "filter(|near| *near > index)", "filter(|near| *near != index)"),
+    fault("pipeline", "points/thinning.rs", "left_out[index] = false;", "left_out[index] = index % 2 == 0;"),
     fault("pipeline", "sides/averaging.rs", "(spacing * depth / LEFT).sqrt()", "spacing * depth / LEFT"),
     fault("gefm", "patches.rs", "cosine < OPPOSED", "cosine > OPPOSED"),
     fault("gefm", "noise.rs", "median / MEDIAN_DIFFERENCE", "median * MEDIAN_DIFFERENCE"),

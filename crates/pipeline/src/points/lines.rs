@@ -13,7 +13,7 @@ use zeroset_trust_region::lots;
 use crate::points::kd_tree::tree_of;
 use crate::points::left_out::kept;
 use crate::points::spacing::covariance;
-use crate::points::thinning::by_position;
+use crate::points::thinning::{drawn, left_out_around};
 
 /// So many neighbours of a point tell whether it lies in a line: all are in it where the next line is more than six times as far away as
 /// they are from each other.
@@ -52,19 +52,9 @@ impl Lines {
         if D == 2 || points.len() < FEWEST || breadth(points, tree) >= IN_LINES {
             return None;
         }
-        let drawn: Vec<f64> = lots(points, SEED).collect();
-        let mut order: Vec<usize> = (0..points.len()).collect();
-        order.sort_by(|a, b| drawn[*a].total_cmp(&drawn[*b]).then_with(|| by_position(&points[*a], &points[*b])));
+        let order = drawn(points, SEED);
         let thinned = |share: f64| {
-            let (mut between, mut gone) = (vec![true; points.len()], vec![false; points.len()]);
-            for &i in &order {
-                if gone[i] {
-                    continue;
-                }
-                between[i] = false;
-                let near = tree.query(&points[i]).within::<SquaredEuclidean<f64>>((share * along[i]).powi(2)).execute();
-                near.iter().for_each(|other| gone[other.item as usize] = true);
-            }
+            let between = left_out_around(points, tree, order.iter().copied(), |index| share * along[index]);
             let few = kept(points, &between);
             (few.len() >= FEWEST).then_some((between, few))
         };
@@ -114,8 +104,8 @@ fn breadth<const D: usize>(points: &[[f64; D]], tree: &ImmutableKdTree<f64, D>) 
 mod tests {
     use std::f64::consts::TAU;
 
-    use super::*;
     use crate::points::spacing::Spacing;
+    use crate::points::thinning::by_position;
 
     fn uniform(i: usize, k: f64) -> f64 {
         ((i as f64 * 12.9898 + k).sin() * 43_758.545_3).rem_euclid(1.0)

@@ -2,8 +2,11 @@
 
 use std::collections::BTreeMap;
 
+use kiddo::ImmutableKdTree;
+use rayon::prelude::*;
 use zeroset_trust_region::lots;
 
+use crate::points::kd_tree::within;
 use crate::points::spacing::Spacing;
 
 /// At most about so many points are worth hearing on a lattice of 32 cells along the longest side.
@@ -75,6 +78,31 @@ fn at_random<const D: usize>(points: &[[f64; D]], spacing: &Spacing, count: usiz
     let share = count as f64 / points.len() as f64;
     let chosen = points.iter().zip(lots(points, SEED)).zip(&areas).filter(|((_, lot), area)| *lot < share * *area);
     chosen.map(|((point, _), _)| *point).collect()
+}
+
+/// Which of the points are left out when one after the other, in that order, takes away those that are nearer to it than a `distance`.
+pub(crate) fn left_out_around<const D: usize>(
+    points: &[[f64; D]],
+    tree: &ImmutableKdTree<f64, D>,
+    order: impl IntoIterator<Item = usize>,
+    distance: impl Fn(usize) -> f64,
+) -> Vec<bool> {
+    let (mut left_out, mut gone) = (vec![true; points.len()], vec![false; points.len()]);
+    for index in order {
+        if !gone[index] {
+            left_out[index] = false;
+            within(tree, &points[index], distance(index)).for_each(|near| gone[near] = true);
+        }
+    }
+    left_out
+}
+
+/// An order that is drawn by a hash of the points' positions.
+pub(crate) fn drawn<const D: usize>(points: &[[f64; D]], seed: u64) -> Vec<usize> {
+    let lots: Vec<f64> = lots(points, seed).collect();
+    let mut order: Vec<usize> = (0..points.len()).collect();
+    order.par_sort_by(|a, b| lots[*a].total_cmp(&lots[*b]).then_with(|| by_position(&points[*a], &points[*b])));
+    order
 }
 
 /// An order of points that does not depend on theirs.

@@ -6,13 +6,12 @@ use kiddo::{ImmutableKdTree, SquaredEuclidean};
 use rayon::prelude::*;
 use serde::Serialize;
 use zeroset_bspline::Evaluation;
+use zeroset_trust_region::normal_deviation;
 
 use crate::points::kd_tree::tree_of;
 
 /// A point is compared with so many neighbours.
 const NEIGHBOURS: usize = 15;
-/// The median of `|X|` for a normal variable with standard deviation 1.
-const NORMAL_MEDIAN: f64 = 0.674_49;
 /// Slopes count as at least this share of the mean one.
 const FLATTEST: f64 = 0.2;
 /// Loss lengths that are tried, in standard deviations of the noise.
@@ -88,9 +87,7 @@ impl<const D: usize> Noise<D> {
     /// `Σ a² ψ² / (Σ a ψ')²`, ψ half the derivative of the loss (Huber 1964). None if least squares are hardly worse, as for normal noise, or
     /// if what is far off is no noise.
     pub fn loss_length(&self, areas: &[f64]) -> Option<f64> {
-        let mut sizes: Vec<f64> = self.own.iter().map(|e| e.abs()).collect();
-        let middle = sizes.len() / 2;
-        let deviation = *sizes.select_nth_unstable_by(middle, f64::total_cmp).1 / NORMAL_MEDIAN;
+        let deviation = normal_deviation(self.own.clone());
         let variance = |length: f64| {
             let (mut squares, mut slopes) = (0.0, 0.0);
             for (e, area) in self.own.iter().zip(areas) {

@@ -6,18 +6,16 @@
 //! kinds of means: of points in balls about as wide as the layer is deep, good enough for a first f̂, and of points with feet together on that
 //! f̂'s zero set.
 
-use kiddo::{ImmutableKdTree, SquaredEuclidean};
+use kiddo::SquaredEuclidean;
 use rayon::prelude::*;
 use zeroset_bspline::{Derivatives, Spline};
-use zeroset_trust_region::lots;
 
-use crate::points::kd_tree::tree_of;
+use crate::points::kd_tree::{tree_of, within};
 use crate::points::left_out::kept;
-use crate::points::spacing::{Spacing, roundness};
-use crate::points::thinning::{by_position, one_per_cell};
+use crate::points::roundness::MedianRoundness;
+use crate::points::spacing::Spacing;
+use crate::points::thinning::{by_position, drawn, left_out_around, one_per_cell};
 
-/// So many points are asked how wide a ball around them looks flat, at most.
-const ASKED: usize = 500;
 /// The smallest ball's radius in spacings, in the plane and in space: noise of less than 2.3 and 1.36 of these needs no means.
 const FIRST: [f64; 2] = [6.5, 4.0];
 /// By what the next one is wider.
@@ -58,34 +56,18 @@ const SEED: u64 = 5;
 /// One point is no mean.
 const FEWEST_ON_SURFACE: usize = 2;
 
-/// The median absolute value of a standard normal variable.
-const MEDIAN_DEVIATION: f64 = 0.674_5;
-
 /// The standard deviation of the points from a curve or surface, if it is so deep that averages tell more; in the unit of the points.
 pub fn depth<const D: usize>(points: &[[f64; D]], spacing: &Spacing) -> Option<f64> {
-    let tree = tree_of(points);
-    let mut sorted: Vec<&[f64; D]> = points.iter().collect();
-    sorted.par_sort_unstable_by(|a, b| by_position(a, b));
-    let asked: Vec<&[f64; D]> = sorted.into_iter().step_by(points.len().div_ceil(ASKED)).collect();
-    let median = |radius: f64| {
-        let of = |point: &&[f64; D]| {
-            let mut near = within(&tree, point, radius);
-            near.sort_unstable_by(|a, b| by_position(&points[*a], &points[*b]));
-            roundness(points, &near)
-        };
-        let mut found: Vec<f64> = asked.par_iter().map(of).filter(|round| round.is_finite()).collect();
-        found.sort_unstable_by(f64::total_cmp);
-        found.get(found.len() / 2).copied().unwrap_or(0.0)
-    };
+    let roundness = MedianRoundness::of(points);
     let extent = (0..D).map(|axis| {
         let along = || points.iter().map(|p| p[axis]);
         along().fold(f64::MIN, f64::max) - along().fold(f64::MAX, f64::min)
     });
     let widest = WIDEST * extent.fold(0.0, f64::max);
     let mut radius = FIRST[usize::from(D == 3)] * spacing.typical;
-    let mut round = median(radius);
+    let mut round = roundness.within(radius);
     while round > ROUND && radius < widest {
-        let (wider, less_round) = (WIDER * radius, median(WIDER * radius));
+        let (wider, less_round) = (WIDER * radius, roundness.within(WIDER * radius));
         if less_round <= ROUND {
             // Between the two, as a power of the radius.
             let share = (round / ROUND).ln() / (round / less_round).ln();
@@ -96,13 +78,6 @@ pub fn depth<const D: usize>(points: &[[f64; D]], spacing: &Spacing) -> Option<f
     None
 }
 
-/// The standard deviation of normal distances with the median absolute value of these.
-pub fn deviation(distances: &[f64]) -> f64 {
-    let mut sizes: Vec<f64> = distances.iter().map(|d| d.abs()).filter(|d| d.is_finite()).collect();
-    sizes.sort_unstable_by(f64::total_cmp);
-    sizes.get(sizes.len() / 2).copied().unwrap_or(0.0) / MEDIAN_DEVIATION
-}
-
 /// Means of points in balls about as wide as the layer is deep, for noise of a standard deviation of `depth`, by mean shift: about as far apart
 /// as that.
 pub fn in_balls<const D: usize>(points: &[[f64; D]], depth: f64) -> Vec<[f64; D]> {
@@ -110,7 +85,7 @@ pub fn in_balls<const D: usize>(points: &[[f64; D]], depth: f64) -> Vec<[f64; D]
     points.par_sort_unstable_by(by_position);
     let tree = tree_of(&points);
     let in_ball = |centre: &[f64; D]| {
-        let mut near = within(&tree, centre, BALL * depth);
+        let mut near: Vec<usize> = within(&tree, centre, BALL * depth).collect();
         near.sort_unstable();
         mean(near.iter().map(|i| &points[*i]), FEWEST_IN_BALL)
     };
@@ -119,7 +94,9 @@ pub fn in_balls<const D: usize>(points: &[[f64; D]], depth: f64) -> Vec<[f64; D]
         centres = centres.par_iter().filter_map(in_ball).collect();
     }
     centres.par_sort_unstable_by(by_position);
-    let centres = apart(&centres, |_| APART[usize::from(D == 3)] * depth);
+    let tree = tree_of(&centres);
+    let others = left_out_around(&centres, &tree, 0..centres.len(), |_| APART[usize::from(D == 3)] * depth);
+    let centres = kept(&centres, &others);
     if D == 3 { nearest_means(&centres, &points, &points, REACH * depth, FEWEST_IN_CELL) } else { centres }
 }
 
@@ -133,13 +110,15 @@ pub fn on_zero_set<const D: usize>(points: &[[f64; D]], f: &Spline<D>, depth: f6
         2 => (spacing * (depth / LEFT).powi(2)).cbrt(),
         _ => (spacing * depth / LEFT).sqrt(),
     };
-    let centres = apart(&feet, |index| PACKED[usize::from(D == 3)] * wanted(local[index]));
-    nearest_means(&centres, &feet, &points, f64::INFINITY, FEWEST_ON_SURFACE)
+    let distance = |index: usize| PACKED[usize::from(D == 3)] * wanted(local[index]);
+    let others = left_out_around(&feet, &tree_of(&feet), 0..feet.len(), distance);
+    nearest_means(&kept(&feet, &others), &feet, &points, f64::INFINITY, FEWEST_ON_SURFACE)
 }
 
 /// Those of the points that have a foot on the zero set of `f` within reach, and these, in an order that is drawn.
 fn with_feet<const D: usize>(points: &[[f64; D]], f: &Spline<D>, depth: f64) -> (Vec<[f64; D]>, Vec<[f64; D]>) {
-    let mut feet = points.to_vec();
+    let points: Vec<[f64; D]> = drawn(points, SEED).into_iter().map(|index| points[index]).collect();
+    let mut feet = points.clone();
     let mut distances = vec![];
     for _ in 0..STEPS {
         let at = f.evaluate(&feet, Derivatives::Gradient);
@@ -149,14 +128,11 @@ fn with_feet<const D: usize>(points: &[[f64; D]], f: &Spline<D>, depth: f64) -> 
             *foot = std::array::from_fn(|axis| foot[axis] - distance * gradient[axis] / norm);
         }
     }
-    let arrived = |((point, foot), last): &((&[f64; D], &[f64; D]), &f64)| {
-        let moved: f64 = point.iter().zip(*foot).map(|(a, b)| (a - b).powi(2)).sum();
+    let arrived = |((point, foot), last): &(([f64; D], [f64; D]), f64)| {
+        let moved: f64 = point.iter().zip(foot).map(|(a, b)| (a - b).powi(2)).sum();
         moved < (REACH * depth).powi(2) && last.abs() < ARRIVED * depth
     };
-    let drawn = points.iter().zip(&feet).zip(&distances).zip(lots(points, SEED));
-    let mut found: Vec<_> = drawn.filter(|(near, _)| arrived(near)).map(|(((p, f), _), lot)| (lot, *p, *f)).collect();
-    found.par_sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then_with(|| by_position(&a.1, &b.1)));
-    found.into_iter().map(|(_, point, foot)| (point, foot)).unzip()
+    points.into_iter().zip(feet).zip(distances).filter(arrived).map(|(found, _)| found).unzip()
 }
 
 /// For each centre the mean of the points whose `places` are nearest to it, and not too far, if they are not too few.
@@ -180,27 +156,6 @@ fn nearest_means<const D: usize>(
         }
     }
     members.into_iter().filter_map(|members| mean(members.into_iter(), fewest)).collect()
-}
-
-/// Those of the places that are left when one after the other takes away the later ones that are nearer to it than a `distance`, of its index.
-fn apart<const D: usize>(places: &[[f64; D]], distance: impl Fn(usize) -> f64) -> Vec<[f64; D]> {
-    let tree = tree_of(places);
-    let mut gone = vec![false; places.len()];
-    for (index, place) in places.iter().enumerate() {
-        if !gone[index] {
-            within(&tree, place, distance(index))
-                .into_iter()
-                .filter(|near| *near > index)
-                .for_each(|near| gone[near] = true);
-        }
-    }
-    kept(places, &gone)
-}
-
-/// Which points lie in a ball.
-fn within<const D: usize>(tree: &ImmutableKdTree<f64, D>, centre: &[f64; D], radius: f64) -> Vec<usize> {
-    let near = tree.query(centre).within::<SquaredEuclidean<f64>>(radius * radius).execute();
-    near.into_iter().map(|near| near.item as usize).collect()
 }
 
 /// The mean of some points, if they are not too few.
@@ -330,14 +285,5 @@ mod tests {
         assert!(means.len() > 100 && means.iter().all(|mean| mean[0].abs() < 0.05), "{}", means.len());
         // What is nowhere near has none at all.
         assert!(on_zero_set(&[[0.5, 0.0], [0.5, 0.1]], &plane(), 0.02).is_empty());
-    }
-
-    #[test]
-    fn the_deviation_is_that_of_normal_distances() {
-        let mut normal = normal(4);
-        let distances: Vec<f64> = (0..20_000).map(|_| 0.3 * normal()).chain([f64::NAN, 1e9]).collect();
-        // The median of 20 000 scatters by 0.8 %.
-        assert!((deviation(&distances) / 0.3 - 1.0).abs() < 0.03, "{}", deviation(&distances));
-        assert_eq!(deviation(&[]), 0.0);
     }
 }

@@ -1,9 +1,8 @@
 //! Sheets that face each other: the two walls of a gap, the two sides of a wall.
 
-use kiddo::SquaredEuclidean;
 use rayon::prelude::*;
 
-use crate::points::kd_tree::tree_of;
+use crate::points::kd_tree::{tree_of, within};
 
 /// Normals whose cosine is below this face each other.
 const OPPOSED: f64 = -0.7;
@@ -17,8 +16,7 @@ pub fn facing_share<const D: usize>(points: &[[f64; D]], normals: &[[f64; D]], r
     let tree = tree_of(points);
     let dot = |a: &[f64; D], b: &[f64; D]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let is_faced = |(point, normal): &(&[f64; D], &[f64; D])| {
-        let around = tree.query(point).within::<SquaredEuclidean<f64>>(reach * reach).execute();
-        around.iter().any(|other| dot(normal, &normals[other.item as usize]) < OPPOSED)
+        within(&tree, point, reach).any(|other| dot(normal, &normals[other]) < OPPOSED)
     };
     let faced = points.par_iter().zip(normals).filter(is_faced).count();
     faced as f64 / points.len() as f64

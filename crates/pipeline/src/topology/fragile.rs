@@ -1,12 +1,11 @@
 //! Places where the topology of the zero set hangs on little: critical points of f with values so near zero that the points cannot
 //! tell on which side of zero they are.
 
-use kiddo::SquaredEuclidean;
 use serde::Serialize;
 use zeroset_bspline::{CriticalPoint, HierarchicalSpline};
 
 use crate::points::frame::Frame;
-use crate::points::kd_tree::tree_of;
+use crate::points::kd_tree::{tree_of, within};
 use crate::points::spacing::NOISY;
 
 /// The zero set is as sure as this share of the standard deviation of the points, of which a smooth function averages many,
@@ -87,9 +86,9 @@ fn wrinkles<const D: usize>(points: &[CriticalPoint<D>], height: f64, length: f6
     };
     let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
     for (i, below) in points.iter().enumerate() {
-        let around = tree.query(&below.place).within::<SquaredEuclidean<f64>>(length * length).execute();
-        let above = around.iter().map(|near| near.item as usize);
-        pairs.extend(above.filter_map(|j| rise(below, &points[j]).map(|rise| (rise, i, j))));
+        pairs.extend(
+            within(&tree, &below.place, length).filter_map(|j| rise(below, &points[j]).map(|rise| (rise, i, j))),
+        );
     }
     pairs.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)).then(a.2.cmp(&b.2)));
     for (_, i, j) in pairs {

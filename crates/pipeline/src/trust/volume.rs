@@ -1,17 +1,8 @@
 //! Whether the points fill a volume (an area in the plane) instead of lying on a surface (a curve).
 
-use std::cmp::Ordering;
-use std::num::NonZero;
-
-use kiddo::{ImmutableKdTree, SquaredEuclidean};
-use rayon::prelude::*;
-
-use crate::points::kd_tree::tree_of;
-use crate::points::spacing::roundness;
+use crate::points::roundness::MedianRoundness;
 use crate::trust::shape_name;
 
-/// So many points are asked, at most.
-const ASKED: usize = 500;
 /// Points of the small neighbourhood.
 const FEW: usize = 12;
 /// Of the largest: a share of all, at most so many. What is only noisy looks flat in one that is wide against the noise,
@@ -68,35 +59,6 @@ pub fn verdict<const D: usize>(points: &[[f64; D]], smoothed: bool) -> (Option<S
 fn sizes(points: usize) -> Vec<usize> {
     let largest = (points / SHARE).clamp(FEW, MANY);
     std::iter::successors(Some(largest), |size| Some(size / 2).filter(|half| *half >= LEAST)).collect()
-}
-
-/// The roundness of the neighbourhoods of some points, in the median.
-struct MedianRoundness<'a, const D: usize> {
-    points: &'a [[f64; D]],
-    tree: ImmutableKdTree<f64, D>,
-    asked: Vec<&'a [f64; D]>,
-}
-
-impl<'a, const D: usize> MedianRoundness<'a, D> {
-    fn of(points: &'a [[f64; D]]) -> Self {
-        // Whatever the order of the points.
-        let mut sorted: Vec<&[f64; D]> = points.iter().collect();
-        sorted.par_sort_unstable_by(|a, b| a.partial_cmp(b).unwrap_or(Ordering::Equal));
-        let asked = sorted.into_iter().step_by(points.len().div_ceil(ASKED)).collect();
-        Self { points, tree: tree_of(points), asked }
-    }
-
-    fn among(&self, count: usize) -> f64 {
-        let wanted = NonZero::<usize>::MIN.saturating_add(count);
-        let of = |point: &&[f64; D]| {
-            let nearest = self.tree.query(point).nearest_n::<SquaredEuclidean<f64>>(wanted).execute();
-            let indices: Vec<usize> = nearest.iter().map(|n| n.item as usize).collect();
-            roundness(self.points, &indices)
-        };
-        let mut found: Vec<f64> = self.asked.par_iter().map(of).collect();
-        found.sort_by(f64::total_cmp);
-        found[found.len() / 2]
-    }
 }
 
 #[cfg(test)]

@@ -1,10 +1,9 @@
 //! Of curves: whether the ends that gaps join may belong together otherwise.
 
-use kiddo::SquaredEuclidean;
 use zeroset_isosurface::Curves;
 
 use crate::points::frame::Frame;
-use crate::points::kd_tree::tree_of;
+use crate::points::kd_tree::{tree_of, within};
 use crate::points::support::{Nearest, SPECK, Support};
 
 /// A curve runs through a gap where it is farther from all points than they support.
@@ -118,8 +117,7 @@ fn otherwise(gaps: &[Gap]) -> Vec<[f64; 2]> {
     for (i, gap) in gaps.iter().enumerate() {
         // No way of the pair is longer than what both cost now.
         let reach = 2.0 * gap.cost;
-        for found in tree.query(&gap.from.place).within::<SquaredEuclidean<f64>>(reach * reach).execute() {
-            let j = found.item as usize;
+        for j in within(&tree, &gap.from.place, reach) {
             let other = &gaps[j];
             // Each pair once, by the one that costs more.
             if (other.cost, j) >= (gap.cost, i) {
