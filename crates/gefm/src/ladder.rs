@@ -45,6 +45,13 @@ struct Trial {
     ratio: f64,
 }
 
+impl Trial {
+    /// On that lattice, with its length.
+    fn second_order<const D: usize>(rung: &Rung<D>) -> Self {
+        Self { order: 2, halvings: rung.halvings, unknowns: rung.unknowns(), ratio: rung.ratio() }
+    }
+}
+
 /// Finds f̂: a spline whose sign tells inside (negative) from outside. Also gives the referee's `W` at each point, ½
 /// where all is well.
 ///
@@ -83,13 +90,7 @@ fn climb_among_threads<const D: usize>(
     base: &[KnotVector; D],
     options: &LadderOptions<D>,
 ) -> Result<(Spline<D>, Vec<f64>, LadderReport), GefmError> {
-    let knots = halved(base, options.first);
-    let referee = Referee::new(points, areas, options.spacing, options.density, &knots)?;
-    let report = LadderReport::default();
-    let heard: Vec<usize> = (0..points.len()).filter(|i| areas[*i] > 0.0).collect();
-    let patches = Patches::new(&heard.iter().map(|i| points[*i]).collect::<Vec<_>>(), options.spacing);
-    let (leader, rung, failure) = (None, None, None);
-    let mut ladder = Ladder { points, areas, base, options, heard, patches, referee, report, leader, rung, failure };
+    let mut ladder = Ladder::new((points, areas), base, options)?;
     for halvings in options.first..=options.last {
         if !ladder.worth_climbing(halvings) {
             break;
@@ -140,13 +141,30 @@ struct Ladder<'a, const D: usize> {
     referee: Referee<'a, D>,
     report: LadderReport,
     leader: Option<Leader<D>>,
+    /// Of those that were not preferred to it and have welded no walls, the best by its score in the last search from scratch.
+    runner_up: Option<Leader<D>>,
     /// The lattice that was climbed to last.
     rung: Option<Rung<'a, D>>,
     /// Why a candidate was passed over.
     failure: Option<GefmError>,
 }
 
-impl<const D: usize> Ladder<'_, D> {
+impl<'a, const D: usize> Ladder<'a, D> {
+    /// Before the first candidate.
+    fn new(
+        (points, areas): (&'a [[f64; D]], &'a [f64]),
+        base: &'a [KnotVector; D],
+        options: &'a LadderOptions<D>,
+    ) -> Result<Self, GefmError> {
+        let knots = halved(base, options.first);
+        let referee = Referee::new(points, areas, options.spacing, options.density, &knots)?;
+        let heard: Vec<usize> = (0..points.len()).filter(|i| areas[*i] > 0.0).collect();
+        let patches = Patches::new(&heard.iter().map(|i| points[*i]).collect::<Vec<_>>(), options.spacing);
+        let report = LadderReport::default();
+        let (leader, runner_up, rung, failure) = (None, None, None, None);
+        Ok(Self { points, areas, base, options, heard, patches, referee, report, leader, runner_up, rung, failure })
+    }
+
     /// Whether points may still be on the wrong side; or else the cells after so many halvings are wide against the noise, and
     /// there is something that wider ones did not get.
     fn worth_climbing(&self, halvings: u32) -> bool {
@@ -241,8 +259,7 @@ impl<const D: usize> Ladder<'_, D> {
             pieces.iter_mut().flatten().for_each(|index| *index = self.heard[*index]);
             let Some(normals) = turned(&self.referee, &gradients, &pieces, &self.options.cancel)? else { break };
             rung.set_ratio(known.ratio)?;
-            let trial = Trial { order: 2, halvings: rung.halvings, unknowns: rung.unknowns(), ratio: known.ratio };
-            let found = self.tried(rung.oriented(&normals, false), trial, Start::Turned)?;
+            let found = self.tried(rung.oriented(&normals, false), Trial::second_order(rung), Start::Turned)?;
             if found.score >= known.score || found.is_same(&known) {
                 break;
             }
@@ -305,7 +322,9 @@ impl<const D: usize> Ladder<'_, D> {
         if self.options.open && continued.is_some_and(|continued| first.fits() && first.is_same(&continued)) {
             return Ok(());
         }
+        self.runner_up = None;
         self.search_from(first, rung)?;
+        self.continue_runner_up(rung)?;
         let options = self.options;
         if D == 3 && rung.halvings == options.first {
             let tried: Vec<f64> = self.report.candidates[before..].iter().map(|candidate| candidate.ratio).collect();
@@ -316,6 +335,18 @@ impl<const D: usize> Ladder<'_, D> {
                     self.consider(rung, self.scratch())?;
                 }
             }
+        }
+        Ok(())
+    }
+
+    /// Where the leader is doubtful, a candidate with its length that begins with the normals of one with a longer length that is not, and was
+    /// not preferred for the points that it leaves behind. (From sides that are as doubtful come others that look better than they are.)
+    fn continue_runner_up(&mut self, rung: &mut Rung<D>) -> Result<(), GefmError> {
+        let (Some(leader), Some(other)) = (&self.leader, &self.runner_up) else { return Ok(()) };
+        let (Verdict { ratio, score, .. }, doubtful) = (leader.verdict, self.options.doubtful);
+        if score >= doubtful && other.verdict.score < doubtful && other.verdict.ratio > ratio {
+            rung.set_ratio(ratio)?;
+            self.tried(rung.continued(&other.f, rung.halvings), Trial::second_order(rung), Start::RunnerUp)?;
         }
         Ok(())
     }
@@ -383,8 +414,7 @@ impl<const D: usize> Ladder<'_, D> {
             }
             _ => rung.spectral(),
         };
-        let trial = Trial { order: 2, halvings: rung.halvings, unknowns: rung.unknowns(), ratio: rung.ratio() };
-        self.tried(found, trial, start)
+        self.tried(found, Trial::second_order(rung), start)
     }
 
     /// Judges what was found; the score is infinite if the fit failed.
@@ -414,6 +444,9 @@ impl<const D: usize> Ladder<'_, D> {
         let is_usable = match (trial.order, start) {
             (3, _) => verdict.beyond_noise < HOPELESS && self.is_held(&other.f),
             (_, Start::Turned) => verdict.score < self.options.doubtful || !self.is_random(),
+            (_, Start::RunnerUp) => {
+                self.leader.as_ref().is_none_or(|leader| verdict.off <= leader.verdict.off.saturating_add(self.few()))
+            }
             _ => true,
         };
         let differs = |known: &Verdict| known.ratio != trial.ratio || known.welded != verdict.welded;
@@ -425,6 +458,10 @@ impl<const D: usize> Ladder<'_, D> {
             };
         if is_better {
             self.lead(other);
+        } else if !(verdict.layered || verdict.welded)
+            && self.runner_up.as_ref().is_none_or(|known| verdict.score < known.verdict.score)
+        {
+            self.runner_up = Some(other);
         }
         Ok(verdict)
     }
@@ -478,10 +515,15 @@ impl<const D: usize> Ladder<'_, D> {
         noises.any(|noise| noise < LEAST_NOISE)
     }
 
+    /// So many more points may lie off one candidate than off another: in space fewer than a patch, in the plane any, for there they are those
+    /// of tips and bays.
+    fn few(&self) -> usize {
+        if D == 2 { usize::MAX } else { self.patches.least() }
+    }
+
     /// Whether a candidate with another length is to be preferred.
     fn is_better(&self, found: &Verdict, known: &Verdict) -> bool {
-        let few = if D == 2 { usize::MAX } else { self.patches.least() };
-        let doubtful = self.options.doubtful;
+        let (few, doubtful) = (self.few(), self.options.doubtful);
         if found.ratio > known.ratio {
             known.yields_to(found, doubtful, few)
         } else {
@@ -667,6 +709,39 @@ mod tests {
         let best = report.candidates.iter().min_by(|a, b| a.judgement.score.total_cmp(&b.judgement.score)).unwrap();
         assert!(best.noise.unwrap() > 1.0, "the best score has welded them: {report:?}");
         assert!(report.choice().unwrap().noise.unwrap() < LEAST_NOISE, "{report:?}");
+    }
+
+    #[test]
+    fn a_short_length_goes_on_from_the_sides_of_a_longer_one() {
+        // A flat ellipsoid; of the leader's normals those at one end are the wrong way round.
+        let (count, mut random) = (1500, congruence(1));
+        let spacing = (6.6 / count as f64).sqrt();
+        let (points, normals): (Vec<[f64; 3]>, Vec<[f64; 3]>) = (0..count)
+            .map(|_| direction(&mut random))
+            .map(|d| ([d[0], d[1], 0.15 * d[2]], [0.15 * d[0], 0.15 * d[1], d[2]]))
+            .unzip();
+        let knots = [0; 3].map(|_| KnotVector::uniform(3, -1.25, 0.25, 10).unwrap());
+        let (options, ones) = (LadderOptions::new(spacing, spacing.powi(-2)), vec![1.0; count]);
+        // Wrong beyond an `x`: the candidates' starts, and how many sides are wrong in the end.
+        let found = |x: f64| {
+            let turned: Vec<[f64; 3]> =
+                points.iter().zip(&normals).map(|(p, n)| if p[0] > x { n.map(|x| -x) } else { *n }).collect();
+            let mut ladder = Ladder::new((&points, &ones), &knots, &options).unwrap();
+            let mut rung = Rung::new((&points, &ones), &knots, 0, 0.4, &normals, &options).unwrap();
+            ladder.tried(rung.oriented(&turned, true), Trial::second_order(&rung), Start::Normals).unwrap();
+            rung.set_ratio(0.8).unwrap();
+            let longer =
+                ladder.tried(rung.oriented(&normals, false), Trial::second_order(&rung), Start::Normals).unwrap();
+            assert!(longer.off > 400 && ladder.report.chosen == 0, "{:?}", ladder.report);
+            ladder.continue_runner_up(&mut rung).unwrap();
+            let starts: Vec<Start> = ladder.report.candidates.iter().map(|candidate| candidate.start).collect();
+            let f = ladder.leader.unwrap().f;
+            let is_wrong = |(p, n): &(&[f64; 3], &[f64; 3])| dot(&f.value_and_gradient(p).1, *n) < 0.0;
+            (starts, points.iter().zip(&normals).filter(is_wrong).count())
+        };
+        assert_eq!(found(0.9), (vec![Start::Normals, Start::Normals, Start::RunnerUp], 0));
+        let (starts, wrong) = found(0.93);
+        assert!(starts.len() == 2 && wrong > 0, "hardly doubtful: {starts:?}, {wrong}");
     }
 
     #[test]

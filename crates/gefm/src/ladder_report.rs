@@ -12,6 +12,8 @@ pub enum Start {
     Eigenvector,
     /// The normals of the best candidate so far.
     Leader,
+    /// The normals of one with a longer smoothing length and doubtless sides, which left points behind.
+    RunnerUp,
     /// Normals known from elsewhere.
     Normals,
     /// The normals of the best candidate so far, with pieces of the curve turned round.

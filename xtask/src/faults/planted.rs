@@ -148,6 +148,7 @@ pub const FAULTS: &[Fault] = &[
     ),
     fault("gefm", "ladder.rs", "> LEFT * self.heard.len()", "> 2.0 * self.heard.len()"),
     fault("gefm", "ladder.rs", "known.ratio < ratio", "known.ratio > ratio"),
+    fault("gefm", "ladder.rs", "score >= doubtful && other", "other"),
     fault("gefm", "pieces.rs", "is_turned[piece] ^= true;", ""),
     fault("gefm", "pieces.rs", "STAY.min(count / 3)", "0"),
     fault("pipeline", "trust/gaps/curve.rs", "parts.iter().all(", "parts.iter().any("),
