@@ -341,8 +341,12 @@ impl<'a, const D: usize> Ladder<'a, D> {
 
     /// Where the leader is doubtful, a candidate with its length that begins with the normals of one with a longer length that is not, and was
     /// not preferred for the points that it leaves behind. (From sides that are as doubtful come others that look better than they are.)
+    /// Not with trusted normals, which decide the sides whatever the referee says.
     fn continue_runner_up(&mut self, rung: &mut Rung<D>) -> Result<(), GefmError> {
-        let (Some(leader), Some(other)) = (&self.leader, &self.runner_up) else { return Ok(()) };
+        let (Some(leader), Some(other)) = (&self.leader, self.runner_up.take()) else { return Ok(()) };
+        if matches!(self.options.normals, KnownNormals::Trust(_)) {
+            return Ok(());
+        }
         let (Verdict { ratio, score, .. }, doubtful) = (leader.verdict, self.options.doubtful);
         if score >= doubtful && other.verdict.score < doubtful && other.verdict.ratio > ratio {
             rung.set_ratio(ratio)?;
@@ -721,11 +725,13 @@ mod tests {
             .map(|d| ([d[0], d[1], 0.15 * d[2]], [0.15 * d[0], 0.15 * d[1], d[2]]))
             .unzip();
         let knots = [0; 3].map(|_| KnotVector::uniform(3, -1.25, 0.25, 10).unwrap());
-        let (options, ones) = (LadderOptions::new(spacing, spacing.powi(-2)), vec![1.0; count]);
+        let ones = vec![1.0; count];
         // Wrong beyond an `x`: the candidates' starts, and how many sides are wrong in the end.
-        let found = |x: f64| {
+        let found = |x: f64, trusted: bool| {
             let turned: Vec<[f64; 3]> =
                 points.iter().zip(&normals).map(|(p, n)| if p[0] > x { n.map(|x| -x) } else { *n }).collect();
+            let known = if trusted { KnownNormals::Trust(turned.clone()) } else { KnownNormals::None };
+            let options = LadderOptions { normals: known, ..LadderOptions::new(spacing, spacing.powi(-2)) };
             let mut ladder = Ladder::new((&points, &ones), &knots, &options).unwrap();
             let mut rung = Rung::new((&points, &ones), &knots, 0, 0.4, &normals, &options).unwrap();
             ladder.tried(rung.oriented(&turned, true), Trial::second_order(&rung), Start::Normals).unwrap();
@@ -739,9 +745,11 @@ mod tests {
             let is_wrong = |(p, n): &(&[f64; 3], &[f64; 3])| dot(&f.value_and_gradient(p).1, *n) < 0.0;
             (starts, points.iter().zip(&normals).filter(is_wrong).count())
         };
-        assert_eq!(found(0.9), (vec![Start::Normals, Start::Normals, Start::RunnerUp], 0));
-        let (starts, wrong) = found(0.93);
+        assert_eq!(found(0.9, false), (vec![Start::Normals, Start::Normals, Start::RunnerUp], 0));
+        let (starts, wrong) = found(0.93, false);
         assert!(starts.len() == 2 && wrong > 0, "hardly doubtful: {starts:?}, {wrong}");
+        let (starts, wrong) = found(0.9, true);
+        assert!(starts.len() == 2 && wrong > 0, "trusted: {starts:?}, {wrong}");
     }
 
     #[test]
