@@ -19,6 +19,7 @@ use crate::topology::topology_changes::{TopologyChange, topology_changes};
 
 pub(crate) mod anchor;
 pub(crate) mod heavy_tails;
+pub(crate) mod mistakes;
 pub(crate) mod ramp;
 pub(crate) mod strays;
 pub(crate) mod twicing;
@@ -86,15 +87,8 @@ const ROUNDS_NOISY: u32 = 6;
 /// at this share of the initial shape's values there,
 const HELD: f64 = 0.6;
 const HELD_NOISY: f64 = 1.0;
-/// where f has not got this share of them across zero. Between walls that it joins, and in walls that it pierces, f hardly leaves
-/// zero; where it does, the points have parted or filled what was joined or pierced in the initial shape;
-const CLEARLY: f64 = 0.25;
-/// but deeper than so many spacings in the initial shape, where there is none of them, f has to get this share of them across: holes and
-/// bars that the initial shape has filled or lost come out with as much on the other side;
-const DEPTH: f64 = 2.0;
-const CLEARLY_DEEP: f64 = 0.6;
-/// and unless what is not as deep is at more places than this share of the points: then these are too sparse for their shape everywhere,
-/// and holding f there would cost more accuracy and time than it brings;
+/// unless what points do not tell of, and is not deep, is at more places than this share of them: then these are too sparse for their shape everywhere, and
+/// holding f there would cost more accuracy and time than it brings;
 const MOST_HELD: f64 = 0.01;
 /// but noise alone changes the topology at many places, of which the initial shape knows better: there it may be this share.
 const MOST_HELD_NOISY: f64 = 0.3;
@@ -217,7 +211,7 @@ impl<const D: usize> Refinement<'_, D> {
         let (mut refined, mut areas, heavy_tails) = self.reweighted(self.areas(), fit)?;
         let mut known = None;
         if left < 1.0 && !self.cancel.is_cancelled() {
-            let found = self.changes(initial, &refined.0);
+            let found = self.mistakes(initial, &refined.0);
             if found.iter().all(Vec::is_empty) {
                 known = Some(found);
             } else {
@@ -230,7 +224,7 @@ impl<const D: usize> Refinement<'_, D> {
             if self.cancel.is_cancelled() {
                 break;
             }
-            let [mut changes, others] = known.take().unwrap_or_else(|| self.changes(initial, &refined.0));
+            let [mut changes, others] = known.take().unwrap_or_else(|| self.mistakes(initial, &refined.0));
             changes.extend(self.if_few(most_held, others));
             let dropped = self.if_few(MOST_STRAYS, self.strays(&refined.0, &stray));
             if changes.is_empty() && dropped.is_empty() {
@@ -318,24 +312,6 @@ impl<const D: usize> Refinement<'_, D> {
             strays(refined, &points, &room).into_iter().map(|stray| Stray { index: alone[stray.index], ..stray }),
         );
         found
-    }
-
-    /// Where the refined function has another topology than the initial shape by mistake, with the latter's values: first where that is
-    /// deep, then elsewhere. What joins and parts there does so between the points, of which f̂ knows the sides, while the refined
-    /// function only has to vanish at them. Nothing of few points.
-    fn changes(&self, initial: &Spline<D>, refined: &HierarchicalSpline<D>) -> [Vec<([f64; D], f64)>; 2] {
-        let [mut deep, mut others] = [const { Vec::new() }; 2];
-        if self.spacing.count() < FEW {
-            return [deep, others];
-        }
-        for change in self.topology_changes(initial, refined) {
-            let is_deep = change.before.iter().any(|value| value.abs() > DEPTH * self.spacing.typical);
-            let (mistaken, clearly) = if is_deep { (&mut deep, CLEARLY_DEEP) } else { (&mut others, CLEARLY) };
-            if change.clearness() < clearly {
-                mistaken.extend(change.places.into_iter().zip(change.before));
-            }
-        }
-        [deep, others]
     }
 
     /// Where one function near the points has another topology than the one before.

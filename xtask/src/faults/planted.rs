@@ -152,6 +152,7 @@ pub const FAULTS: &[Fault] = &[
     fault("gefm", "pieces.rs", "is_turned[piece] ^= true;", ""),
     fault("gefm", "pieces.rs", "STAY.min(count / 3)", "0"),
     fault("pipeline", "trust/gaps/curve.rs", "parts.iter().all(", "parts.iter().any("),
+    fault("pipeline", "refinement/mistakes.rs", "Some(is_off) => is_off &&", "Some(is_off) => !is_off &&"),
     fault("pipeline", "points/thinning.rs", "left_out[index] = false;", "left_out[index] = index % 2 == 0;"),
     fault("pipeline", "sides/averaging.rs", "(spacing * depth / LEFT).sqrt()", "spacing * depth / LEFT"),
     fault("gefm", "patches.rs", "cosine < OPPOSED", "cosine > OPPOSED"),
