@@ -87,8 +87,8 @@ const ROUNDS_NOISY: u32 = 6;
 /// at this share of the initial shape's values there,
 const HELD: f64 = 0.6;
 const HELD_NOISY: f64 = 1.0;
-/// unless what points do not tell of, and is not deep, is at more places than this share of them: then these are too sparse for their shape everywhere, and
-/// holding f there would cost more accuracy and time than it brings;
+/// unless what points do not tell of, and is not deep, is at more places than this share of them: then these are too sparse for their
+/// shape everywhere, and holding f there would cost more accuracy and time than it brings;
 const MOST_HELD: f64 = 0.01;
 /// but noise alone changes the topology at many places, of which the initial shape knows better: there it may be this share.
 const MOST_HELD_NOISY: f64 = 0.3;

@@ -30,8 +30,8 @@ pub(crate) type Places<const D: usize> = Vec<([f64; D], f64)>;
 
 impl<const D: usize> Refinement<'_, D> {
     /// Where the refined function has another topology than the initial shape by mistake, with the latter's values: first where that is
-    /// deep or points tell, then elsewhere. What joins and parts there does so between the points, of which f̂ knows the sides, while the refined
-    /// function only has to vanish at them. Nothing of few points.
+    /// deep or points tell, then elsewhere. What joins and parts there does so between the points, of which f̂ knows the sides, while the
+    /// refined function only has to vanish at them. Nothing of few points.
     pub(super) fn mistakes(&self, initial: &Spline<D>, refined: &HierarchicalSpline<D>) -> [Places<D>; 2] {
         let [mut sure, mut others] = [const { Vec::new() }; 2];
         if self.spacing.count() < FEW {
