@@ -1,6 +1,8 @@
 //! Which changes of the topology refinement has made by mistake.
 
-use zeroset_bspline::{Derivatives, Evaluation, HierarchicalSpline, Implicit, Spline};
+use std::collections::BTreeSet;
+
+use zeroset_bspline::{Derivatives, HierarchicalSpline, Implicit, Spline};
 
 use crate::points::kd_tree::{tree_of, within};
 use crate::refinement::{FEW, Refinement};
@@ -20,13 +22,13 @@ const WIDE: usize = 3;
 /// or else f is at odds with them, and has to get more across.
 const CLEARLY_WIDE: f64 = 0.5;
 /// These are the points within so many spacings of such a cell, and none may be farther off than so many. In a gap they do not tell: there
-/// have to be as many as a sheet has around one place, π AROUND², and a curve 2 AROUND.
+/// have to be as many as a curve has around one place, 2 AROUND, and in space a sheet, π AROUND².
 const AROUND: f64 = 1.5;
 const OFF: f64 = 0.1;
 const ENOUGH: [usize; 2] = [3, 7];
 
 /// Places in which f is to keep to its side, with the initial shape's values.
-pub(crate) type Places<const D: usize> = Vec<([f64; D], f64)>;
+type Places<const D: usize> = Vec<([f64; D], f64)>;
 
 impl<const D: usize> Refinement<'_, D> {
     /// Where the refined function has another topology than the initial shape by mistake, with the latter's values: first where that is
@@ -38,31 +40,27 @@ impl<const D: usize> Refinement<'_, D> {
             return [sure, others];
         }
         let changes = self.topology_changes(initial, refined);
-        let tree = changes.iter().any(is_wide).then(|| tree_of(self.points));
+        let depth = DEPTH * self.spacing.typical;
+        let is_deep = |change: &TopologyChange<D>| change.before.iter().any(|value| value.abs() > depth);
+        let is_wide = |change: &TopologyChange<D>| change.places.len() >= WIDE.pow(D as u32);
+        let judged_by_points = |change: &TopologyChange<D>| !self.is_noisy() && is_wide(change) && !is_deep(change);
+        let tree = changes.iter().any(judged_by_points).then(|| tree_of(self.points));
         let is_off = |change: &TopologyChange<D>| {
-            let tree = tree.as_ref().filter(|_| is_wide(change) && !self.is_noisy())?;
+            let tree = tree.as_ref().filter(|_| judged_by_points(change))?;
             let reach = AROUND * self.spacing.typical;
-            let near = self.at(change.places.iter().flat_map(|place| within(tree, place, reach)));
+            let near: BTreeSet<usize> = change.places.iter().flat_map(|place| within(tree, place, reach)).collect();
+            let near: Vec<[f64; D]> = near.into_iter().map(|i| self.points[i]).collect();
             let telling = near.len() >= ENOUGH[usize::from(D == 3)];
             telling.then(|| is_off_one(refined, &near, OFF * self.spacing.typical))
         };
         for change in changes {
-            let is_deep = change.before.iter().any(|value| value.abs() > DEPTH * self.spacing.typical);
-            let is_off = is_off(&change);
+            let (is_deep, is_off) = (is_deep(&change), is_off(&change));
             if is_mistake(&change, is_deep, is_off) {
                 let places = if is_deep || is_off.is_some() { &mut sure } else { &mut others };
                 places.extend(change.places.into_iter().zip(change.before));
             }
         }
         [sure, others]
-    }
-
-    /// The points with these places in their list, each once.
-    fn at(&self, places: impl Iterator<Item = usize>) -> Vec<[f64; D]> {
-        let mut places: Vec<usize> = places.collect();
-        places.sort_unstable();
-        places.dedup();
-        places.into_iter().map(|i| self.points[i]).collect()
     }
 }
 
@@ -75,16 +73,9 @@ fn is_mistake<const D: usize>(change: &TopologyChange<D>, is_deep: bool, is_off:
     }
 }
 
-fn is_wide<const D: usize>(change: &TopologyChange<D>) -> bool {
-    change.places.len() >= WIDE.pow(D as u32)
-}
-
-/// Whether one of the points is farther than this from the zero set, by |f|/‖∇f‖.
+/// Whether one of the points is farther than this from the zero set, by its Sampson distance.
 fn is_off_one<const D: usize>(f: &impl Implicit<D>, points: &[[f64; D]], least: f64) -> bool {
-    let Evaluation { values, gradients, .. } = f.evaluate(points, Derivatives::Gradient);
-    // By the squares: a gradient may vanish.
-    let slope = |gradient: &[f64; D]| gradient.iter().map(|g| g * g).sum::<f64>();
-    values.iter().zip(&gradients).any(|(value, gradient)| value * value > least * least * slope(gradient))
+    f.evaluate(points, Derivatives::Gradient).sampson_distances().iter().any(|distance| distance.abs() > least)
 }
 
 #[cfg(test)]
