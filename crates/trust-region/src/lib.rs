@@ -84,6 +84,7 @@ mod sampson;
 mod sides;
 mod steihaug;
 mod twicing;
+mod within_bounds;
 
 pub use deviation::normal_deviation;
 pub use error::Error;
@@ -99,3 +100,4 @@ pub use report::{Errors, Iteration, Report, StoppingRule, SubProblemEnd};
 pub use sampson::sampson_distances;
 pub use sides::{Place, Sides};
 pub use twicing::{Increment, twice};
+pub use within_bounds::within_bounds;
