@@ -82,6 +82,7 @@ pub use report::{
     TrustReport,
 };
 pub use topology::fragile::FragilePlace;
+pub use topology::simplified::SimplificationReport;
 pub use trust::confidence::RegionReport;
 pub use trust::oriented::OrientedPoint;
 pub use trust::{NO_TRUST, SOME_DOUBT};

@@ -26,6 +26,7 @@ use crate::points::spacing::{NOISY, Spacing};
 use crate::refinement::heavy_tails::HeavyTails;
 use crate::refinement::{Outcome, Refinement};
 use crate::report::{FrameReport, InputReport, REPORT_VERSION, Report, StageFigures, StageReport};
+use crate::topology::simplified::Simplification;
 use crate::trust;
 use crate::trust::one_sided;
 use crate::trust::volume;
@@ -243,6 +244,18 @@ pub(crate) fn road<const D: usize>(
             cancel: &watch.cancel,
         };
         spline = road.stage("redistancing", || settings.run(spline))?;
+        // In the plane a curve has no handles, and noise is for refinement to see to.
+        if D == 3 && !options.open && sides.noise <= NOISY * fitted_spacing.typical {
+            let settings = Simplification {
+                points: &fitted,
+                spacing: &fitted_spacing,
+                domain: &domain,
+                halvings,
+                band,
+                cancel: &watch.cancel,
+            };
+            spline = road.stage("simplification", || settings.run(spline))?;
+        }
     }
     let mut noise = sides.noise;
     if sides.of_means {

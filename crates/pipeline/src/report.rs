@@ -7,6 +7,7 @@ use crate::memory::MemoryReport;
 use crate::phi::sign::SignReport;
 use crate::refinement::heavy_tails::HeavyTails;
 use crate::topology::fragile::FragilePlace;
+use crate::topology::simplified::SimplificationReport;
 use crate::trust::confidence::RegionReport;
 use crate::zero_set::extraction::Figures;
 
@@ -140,6 +141,8 @@ pub enum StageFigures {
     DenseRefinement(zeroset_trust_region::Report),
     /// Redistancing: unit slopes on the zero set.
     Redistancing(zeroset_trust_region::RedistanceReport),
+    /// Handles and specks that go if the function changes by little.
+    Simplification(SimplificationReport),
     /// Extraction of the zero set.
     Extraction(ExtractionReport),
 }
@@ -156,6 +159,7 @@ impl StageFigures {
             Self::Refinement(_) => "refinement",
             Self::DenseRefinement(_) => "dense-refinement",
             Self::Redistancing(_) => "redistancing",
+            Self::Simplification(_) => "simplification",
             Self::Extraction(_) => "extraction",
         }
     }

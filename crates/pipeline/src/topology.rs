@@ -2,5 +2,8 @@
 
 pub(crate) mod cell_sides;
 pub(crate) mod fragile;
+pub(crate) mod neighbours;
 pub(crate) mod node_graph;
+pub(crate) mod shallow;
+pub(crate) mod simplified;
 pub(crate) mod topology_changes;

@@ -84,6 +84,12 @@ fn told(figures: &StageFigures) -> String {
             figure(redistancing.slope_rms[1]),
             figure(redistancing.slope_rms[0])
         ),
+        StageFigures::Simplification(simplification) => match (simplification.handles, simplification.specks) {
+            (0, 0) => "found no handle or speck that hangs on little".to_owned(),
+            (handles, specks) => {
+                format!("undid what hung on little: {}, {}", counted(handles, "handle"), counted(specks, "speck"))
+            }
+        },
         StageFigures::Extraction(extraction) => {
             format!("found the zero set in {} cells", count(extraction.found.cells))
         }

@@ -7,6 +7,7 @@ use crate::lattice::domain::{flat_index, multi_index};
 /// Which of some cells of a lattice are inside, two bits for each. Cells are given by their place in C order.
 ///
 /// Blocks of 64 cells, 8 × 8 or 4 × 4 × 4, are looked up at once: with what is around a cell, one to 2^D of them.
+#[derive(Clone)]
 pub struct CellSides<const D: usize> {
     shape: [usize; D],
     blocks: FxHashMap<usize, Block>,

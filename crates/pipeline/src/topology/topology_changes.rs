@@ -10,6 +10,7 @@ use zeroset_bspline::{Derivatives, Implicit, IndexSet};
 
 use crate::lattice::domain::{Domain, flat_index, multi_index};
 use crate::topology::cell_sides::{CellSides, cells_around};
+use crate::topology::neighbours::Neighbours;
 
 /// The smallest cells have at most so many spacings: a pierced wall is hardly narrower.
 const SMALLEST: f64 = 0.4;
@@ -260,7 +261,7 @@ impl<const D: usize> Sides<D> {
                 let inside = self.cells.around(*key).inside;
                 let simple = neighbours.is_simple(inside);
                 if simple {
-                    self.cells.insert(*key, inside >> neighbours.middle & 1 == 0);
+                    self.cells.insert(*key, !neighbours.is_middle(inside));
                 }
                 !simple
             });
@@ -268,60 +269,6 @@ impl<const D: usize> Sides<D> {
                 return left;
             }
         }
-    }
-}
-
-/// How the 3^D cells around one and itself touch, a bit for each.
-struct Neighbours {
-    middle: usize,
-    /// Through faces, edges and corners; and through faces only.
-    touching: [Vec<u32>; 2],
-    /// Those that belong to the neighbourhood: all for the inside, those that touch the middle one through edges or faces for the outside.
-    of_middle: [u32; 2],
-}
-
-impl Neighbours {
-    fn new<const D: usize>() -> Self {
-        let count = 3usize.pow(D as u32);
-        let middle = count / 2;
-        // How many faces have to be crossed, and the most along one axis.
-        let apart = |a: usize, b: usize| {
-            let (a, b) = (multi_index(a, &[3; D]), multi_index(b, &[3; D]));
-            let along: [usize; D] = std::array::from_fn(|axis| a[axis].abs_diff(b[axis]));
-            (along.iter().sum::<usize>(), along.into_iter().max().unwrap_or(0))
-        };
-        let bits = |wanted: &dyn Fn(usize) -> bool| {
-            (0..count).filter(|i| *i != middle && wanted(*i)).map(|i| 1u32 << i).sum::<u32>()
-        };
-        let all = (0..count).map(|a| bits(&|b| apart(a, b).1 == 1)).collect();
-        let faces = (0..count).map(|a| bits(&|b| apart(a, b).0 == 1)).collect();
-        Self { middle, touching: [all, faces], of_middle: [bits(&|_| true), bits(&|i| apart(i, middle).0 <= 2)] }
-    }
-
-    /// Whether the middle cell has one piece of the inside, connected through faces, edges and corners, and one of the outside,
-    /// connected through faces, beside it: then it can change sides without changing the topology of either.
-    fn is_simple(&self, inside: u32) -> bool {
-        self.pieces(0, inside) == 1 && self.pieces(1, !inside) == 1
-    }
-
-    /// The pieces beside the middle cell of the cells with a bit, for the inside (0) or the outside (1).
-    fn pieces(&self, side: usize, cells: u32) -> usize {
-        let touching = &self.touching[side];
-        let cells = cells & self.of_middle[side];
-        let mut starts = cells & touching[self.middle];
-        let mut pieces = 0;
-        while starts != 0 {
-            pieces += 1;
-            let mut piece = 1u32 << starts.trailing_zeros();
-            let mut open = piece;
-            while open != 0 {
-                let found = touching[open.trailing_zeros() as usize] & cells & !piece;
-                open = (open & (open - 1)) | found;
-                piece |= found;
-            }
-            starts &= !piece;
-        }
-        pieces
     }
 }
 
