@@ -70,10 +70,11 @@ pub fn shallow<const D: usize>(
     critical.retain(is_wanted);
     critical.sort_by(|a, b| a.value.abs().total_cmp(&b.value.abs()));
     let critical: Vec<[f64; D]> = critical.iter().map(|point| point.place).collect();
-    let mut finer = halvings;
+    let mut finer = 0;
     while domain.spacing(finer) > SMALLEST * spacing && finer < halvings + MOST_HALVINGS {
         finer += 1;
     }
+    let halvings = halvings.min(finer);
     let Some(mut cells) = Cells::around(f, &critical, domain, finer, spacing) else { return Vec::new() };
     let grown = |inside: bool| cells.grown(inside, SPECK * spacing);
     let ((mut closings, outside), (more, inside)) = rayon::join(|| grown(false), || grown(true));
