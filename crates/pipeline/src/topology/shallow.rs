@@ -28,7 +28,7 @@ const BAND: f64 = 0.6;
 /// Most halvings of the dense lattice's cells.
 const MOST_HALVINGS: u32 = 6;
 /// Most cells, of about a hundred bytes each: critical points farther from zero than those that these are around are passed over.
-const MOST_CELLS: usize = 1_000_000;
+const MOST_CELLS: usize = 400_000;
 /// A handle goes if f changes by so many spacings: the zero set is not known better between the points.
 const HANDLE: f64 = 0.1;
 /// A speck goes if f changes by so many, and no part of it is farther away than so many from where that is: a sphere of as few points as
