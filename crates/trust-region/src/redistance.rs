@@ -102,21 +102,31 @@ pub fn redistance<const D: usize>(
         let level = dense.as_ref().unwrap_or_else(|| &f.levels()[number - 1]);
         let (correction, steps) = correction(&f, level, known, options);
         report.cg_steps.push(steps);
-        let root = match &dense {
-            Some(level) => level.corrected(f.root(), &correction)?,
-            None => f.root().clone(),
-        };
-        let corrections = |(index, level): (usize, &Level<D>)| {
-            let mut all = level.corrections().to_vec();
-            if index + 1 == number {
-                all.iter_mut().zip(&correction).for_each(|(sum, x)| *sum += x);
-            }
-            (Arc::clone(level.active()), all)
-        };
-        f = HierarchicalSpline::with_levels(root, f.levels().iter().enumerate().map(corrections))?;
+        f = with_correction(&f, number, dense.as_ref(), &correction)?;
     }
     (report.zero_rms[1], report.slope_rms[1]) = known.errors(&f);
     Ok((f, report))
+}
+
+/// f with δ added on one level, by its number from the dense one, 0, on; that one is given by the functions that δ is for.
+pub(crate) fn with_correction<const D: usize>(
+    f: &HierarchicalSpline<D>,
+    number: usize,
+    dense: Option<&Level<D>>,
+    correction: &[f64],
+) -> Result<HierarchicalSpline<D>, LevelError> {
+    let root = match dense {
+        Some(level) => level.corrected(f.root(), correction)?,
+        None => f.root().clone(),
+    };
+    let corrections = f.levels().iter().enumerate().map(|(index, level)| {
+        let mut all = level.corrections().to_vec();
+        if index + 1 == number {
+            all.iter_mut().zip(correction).for_each(|(sum, x)| *sum += x);
+        }
+        (Arc::clone(level.active()), all)
+    });
+    Ok(HierarchicalSpline::with_levels(root, corrections)?)
 }
 
 /// δ of one level, and how many steps of conjugate gradients it took.

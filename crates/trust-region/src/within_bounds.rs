@@ -9,6 +9,7 @@ use zeroset_multigrid::{BandCollocation, BandEnergy, BandOperator, BandRows, Fai
 
 use crate::error::Error;
 use crate::level_options::LevelError;
+use crate::redistance::with_correction;
 use crate::sides::{Bounded, Place, Sides};
 
 /// Smoothing length of a correction, in cells of its level.
@@ -53,18 +54,7 @@ pub fn within_bounds<const D: usize>(
         let rest = rest.into_iter().map(|(place, _)| *place).collect();
         if !of_level.places.is_empty() {
             let delta = correction(level, (points, areas), of_level, (density, length));
-            let root = match &dense {
-                Some(level) => level.corrected(f.root(), &delta)?,
-                None => f.root().clone(),
-            };
-            let corrections = f.levels().iter().enumerate().map(|(index, level)| {
-                let mut all = level.corrections().to_vec();
-                if index + 1 == number {
-                    all.iter_mut().zip(&delta).for_each(|(sum, x)| *sum += x);
-                }
-                (Arc::clone(level.active()), all)
-            });
-            f = HierarchicalSpline::with_levels(root, corrections)?;
+            f = with_correction(&f, number, dense.as_ref(), &delta)?;
         }
         sides.places = rest;
     }
