@@ -9,7 +9,7 @@ use crate::cell_band::{cell_extent, check_uniform};
 use crate::coefficient_window::CoefficientWindow;
 use crate::hierarchical_spline::{HierarchicalSpline, LOCAL, WIDTH};
 use crate::index_set::IndexSet;
-use crate::leaf_cells::{LeafCell, child, half, of_child};
+use crate::leaf_cells::{LeafCell, child, of_half};
 use crate::spline::Jet;
 
 /// Cells are halved so often before Newton's method begins in each part.
@@ -115,7 +115,7 @@ impl<const D: usize> HierarchicalSpline<D> {
                 if may_vanish::<D>(&local) && !covered(index) {
                     let lower = std::array::from_fn(|axis| axes[axis].0 + f64::from(index[axis]) * axes[axis].1);
                     let cell = Cell { lower, sides: axes.map(|(_, side)| side) };
-                    self.in_parts(&cell, &cell, &local, HALVINGS, limit, &mut found);
+                    self.in_parts(&cell, &cell, &local, D * HALVINGS, limit, &mut found);
                 }
             });
             found
@@ -139,14 +139,17 @@ impl<const D: usize> HierarchicalSpline<D> {
             found.extend(new);
             return;
         }
-        for corner in 0..1usize << D {
-            let local = of_child::<D>(local, corner);
+        // One axis after the other, so that what is ruled out is not halved along the others.
+        let axis = (D - halvings % D) % D;
+        for half in 0..2 {
+            let local = of_half::<D>(local, axis, half);
             let acting = &local[..WIDTH.pow(D as u32)];
             let in_reach = acting.iter().any(|c| *c <= limit) && acting.iter().any(|c| *c >= -limit);
             if in_reach && may_vanish::<D>(&local) {
-                let sides = part.sides.map(|side| 0.5 * side);
-                let lower = std::array::from_fn(|axis| part.lower[axis] + half::<D>(corner, axis) as f64 * sides[axis]);
-                self.in_parts(cell, &Cell { lower, sides }, &local, halvings - 1, limit, found);
+                let mut part = Cell { ..*part };
+                part.sides[axis] *= 0.5;
+                part.lower[axis] += half as f64 * part.sides[axis];
+                self.in_parts(cell, &part, &local, halvings - 1, limit, found);
             }
         }
     }
@@ -189,20 +192,24 @@ impl<const D: usize> HierarchicalSpline<D> {
 
 /// Whether the differences of the coefficients that act on a cell leave open that all components of ∇f vanish in it.
 fn may_vanish<const D: usize>(local: &[f64; LOCAL]) -> bool {
-    (0..D).all(|axis| {
-        let stride = WIDTH.pow((D - 1 - axis) as u32);
-        let starts = (0..WIDTH.pow(D as u32)).filter(|at| (at / stride) % WIDTH + 1 < WIDTH);
-        let (mut rises, mut falls) = (false, false);
-        for at in starts {
-            let difference = local[at + stride] - local[at];
+    (0..D).all(|axis| match D - axis {
+        1 => has_turn::<D, 1>(local),
+        2 => has_turn::<D, WIDTH>(local),
+        _ => has_turn::<D, { WIDTH * WIDTH }>(local),
+    })
+}
+
+/// Whether the coefficients neither all rise nor all fall along the axis with that stride.
+fn has_turn<const D: usize, const STRIDE: usize>(local: &[f64; LOCAL]) -> bool {
+    let (mut rises, mut falls) = (false, false);
+    for block in (0..WIDTH.pow(D as u32)).step_by(STRIDE * WIDTH) {
+        for at in block..block + STRIDE * (WIDTH - 1) {
+            let difference = local[at + STRIDE] - local[at];
             rises |= difference >= 0.0;
             falls |= difference <= 0.0;
-            if rises && falls {
-                return true;
-            }
         }
-        false
-    })
+    }
+    rises && falls
 }
 
 /// `−H⁻¹ ∇f` by Cramer's rule; none where H is singular or the place is outside the box.

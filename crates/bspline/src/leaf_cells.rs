@@ -141,22 +141,31 @@ pub(crate) fn child<const D: usize>(index: [u32; D], corner: usize) -> [u32; D] 
 
 /// The coefficients that act on the child of a cell at a corner, given those that act on the cell.
 pub(crate) fn of_child<const D: usize>(coefficients: &[f64; LOCAL], corner: usize) -> [f64; LOCAL] {
-    let mut local = *coefficients;
-    for axis in 0..D {
-        halve(&mut local, WIDTH.pow((D - 1 - axis) as u32), half::<D>(corner, axis));
-    }
-    local
+    (0..D).fold(*coefficients, |local, axis| of_half::<D>(&local, axis, half::<D>(corner, axis)))
 }
 
-/// The coefficients that act on the lower or the upper half of a cell along an axis with a given stride: two-scale relation.
-fn halve(local: &mut [f64; LOCAL], stride: usize, half: usize) {
-    for start in (0..LOCAL).filter(|at| (at / stride).is_multiple_of(WIDTH)) {
-        let c: [f64; WIDTH] = std::array::from_fn(|k| local[start + k * stride]);
-        let even = |m: usize| 0.5 * (c[m] + c[m + 1]);
-        let odd = |m: usize| 0.125 * (c[m] + c[m + 2]) + 0.75 * c[m + 1];
-        let fine = [even(0), odd(0), even(1), odd(1), even(2)];
-        for k in 0..WIDTH {
-            local[start + k * stride] = fine[half + k];
+/// The coefficients that act on the lower or the upper half of a cell along an axis, given those that act on the cell.
+pub(crate) fn of_half<const D: usize>(coefficients: &[f64; LOCAL], axis: usize, half: usize) -> [f64; LOCAL] {
+    match D - axis {
+        1 => halved::<D, 1>(coefficients, half),
+        2 => halved::<D, WIDTH>(coefficients, half),
+        _ => halved::<D, { WIDTH * WIDTH }>(coefficients, half),
+    }
+}
+
+/// Of the axis with that stride, by the two-scale relation.
+fn halved<const D: usize, const STRIDE: usize>(coefficients: &[f64; LOCAL], half: usize) -> [f64; LOCAL] {
+    let mut fine = [0.0; LOCAL];
+    for block in (0..WIDTH.pow(D as u32)).step_by(STRIDE * WIDTH) {
+        for start in block..block + STRIDE {
+            let c: [f64; WIDTH] = std::array::from_fn(|k| coefficients[start + k * STRIDE]);
+            let even = |m: usize| 0.5 * (c[m] + c[m + 1]);
+            let odd = |m: usize| 0.125 * (c[m] + c[m + 2]) + 0.75 * c[m + 1];
+            let own = if half == 0 { [even(0), odd(0), even(1), odd(1)] } else { [odd(0), even(1), odd(1), even(2)] };
+            for k in 0..WIDTH {
+                fine[start + k * STRIDE] = own[k];
+            }
         }
     }
+    fine
 }
