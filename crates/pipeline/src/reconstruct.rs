@@ -244,8 +244,8 @@ pub(crate) fn road<const D: usize>(
             cancel: &watch.cancel,
         };
         spline = road.stage("redistancing", || settings.run(spline))?;
-        // In the plane a curve has no handles, and noise is for refinement to see to.
-        if D == 3 && !options.open && sides.noise <= NOISY * fitted_spacing.typical {
+        // In the plane a curve has no handles.
+        if D == 3 && !options.open {
             let settings = Simplification {
                 points: &fitted,
                 spacing: &fitted_spacing,

@@ -10,21 +10,25 @@
 use std::cmp::Reverse;
 use std::collections::{BTreeSet, BinaryHeap};
 
-use ndarray::ArrayD;
 use rustc_hash::{FxHashMap, FxHashSet};
 use zeroset_bspline::{CriticalPoint, Derivatives, HierarchicalSpline};
 
 use crate::lattice::domain::{Domain, flat_index, multi_index};
 use crate::topology::cell_sides::{CellSides, cells_around};
+use crate::topology::floods::Floods;
 use crate::topology::neighbours::{Euler, Neighbours};
-use crate::topology::node_graph::NodeGraph;
+use crate::topology::node_parts::NodeParts;
 
 /// Cells have at most so many spacings,
 const SMALLEST: f64 = 0.3;
 /// and are looked at so many spacings around critical points,
 const WINDOW: f64 = 2.5;
-/// where f is so near to zero, in spacings: what is farther away stays on its side, and the lattice's nodes tell how it hangs together.
+/// where f is so near to zero, in spacings: what is farther away stays on its side.
 const BAND: f64 = 0.6;
+/// What is farther away hangs together as the nodes of a lattice do, with cells of about so many spacings,
+const COARSER: f64 = 1.2;
+/// or with more than that where there would be more nodes.
+const MOST_NODES: usize = 4_000_000;
 /// Most halvings of the dense lattice's cells.
 const MOST_HALVINGS: u32 = 6;
 /// Most cells, of about a hundred bytes each: critical points farther from zero than those that these are around are passed over.
@@ -61,33 +65,33 @@ pub fn shallow<const D: usize>(
     halvings: u32,
     spacing: f64,
 ) -> Vec<Shallow<D>> {
+    let is_end = |point: &CriticalPoint<D>| point.index == if point.value < 0.0 { 0 } else { D };
     let is_wanted = |point: &CriticalPoint<D>| {
-        let is_end = point.index == if point.value < 0.0 { 0 } else { D };
         let is_ring = point.index == if point.value < 0.0 { 1 } else { D - 1 };
-        is_end || (is_ring && point.value.abs() <= HANDLE * spacing)
+        is_end(point) || (is_ring && point.value.abs() <= HANDLE * spacing)
     };
     let mut critical = f.critical_points(SPECK * spacing);
     critical.retain(is_wanted);
     critical.sort_by(|a, b| a.value.abs().total_cmp(&b.value.abs()));
-    let critical: Vec<[f64; D]> = critical.iter().map(|point| point.place).collect();
     let mut finer = 0;
     while domain.spacing(finer) > SMALLEST * spacing && finer < halvings + MOST_HALVINGS {
         finer += 1;
     }
-    let halvings = halvings.min(finer);
-    let Some(mut cells) = Cells::around(f, &critical, domain, finer, spacing) else { return Vec::new() };
+    let places: Vec<[f64; D]> = critical.iter().map(|point| point.place).collect();
+    let Some(mut cells) = Cells::around(f, &places, domain, finer, spacing) else { return Vec::new() };
+    let is_between = |point: &&CriticalPoint<D>| is_end(point) && cells.are_around(&point.place, point.value > 0.0);
+    let mut features: Vec<Shallow<D>> = critical.iter().filter(is_between).map(Shallow::of_a_point).collect();
     let grown = |inside: bool| cells.grown(inside, SPECK * spacing);
     let ((mut closings, outside), (more, inside)) = rayon::join(|| grown(false), || grown(true));
     let moved = [outside, inside];
     closings.extend(more);
     closings.retain(|closing| closing.is_last || closing.height.0 <= HANDLE * spacing);
     if closings.is_empty() {
-        return Vec::new();
+        return features;
     }
     closings.sort_unstable_by_key(|closing| (closing.height, closing.key, closing.inside));
-    let nodes = f.sample(&domain.nodes(halvings), [0; D]);
-    let parts = Parts::new(&nodes, HANDLE * spacing, finer - halvings);
-    let features = closings.iter().filter_map(|closing| {
+    let parts = Parts::new(&cells, f, halvings, HANDLE * spacing, spacing);
+    features.extend(closings.iter().filter_map(|closing| {
         let moved = &moved[usize::from(closing.inside)];
         let keys = match closing.is_last {
             true => cells.removed(closing, moved, SPECK_RADIUS * spacing),
@@ -99,8 +103,15 @@ pub fn shallow<const D: usize>(
             is_speck: closing.is_last,
             height: closing.height.0,
         })
-    });
-    features.collect()
+    }));
+    features
+}
+
+impl<const D: usize> Shallow<D> {
+    /// A speck that no cell's centre lies in.
+    fn of_a_point(point: &CriticalPoint<D>) -> Self {
+        Self { places: vec![point.place], inside: point.value > 0.0, is_speck: true, height: point.value.abs() }
+    }
 }
 
 /// A cell that closes a ring of the side that grows, or is the last of a speck of the other one.
@@ -136,7 +147,7 @@ impl<'a, const D: usize> Cells<'a, D> {
         spacing: f64,
     ) -> Option<Self> {
         let reach = WINDOW * spacing;
-        let (shape, side) = (domain.cells(halvings), domain.spacing(halvings));
+        let shape = domain.cells(halvings);
         let mut cells = Self {
             domain,
             halvings,
@@ -149,10 +160,8 @@ impl<'a, const D: usize> Cells<'a, D> {
         };
         let mut keys = FxHashSet::default();
         for place in places {
-            let last =
-                |axis: usize, x: f64| ((x - domain.lower[axis]) / side).clamp(0.0, shape[axis] as f64 - 1.0) as usize;
-            let range: [_; D] =
-                std::array::from_fn(|axis| [last(axis, place[axis] - reach), last(axis, place[axis] + reach)]);
+            let [first, last] = [-reach, reach].map(|reach| cells.index_at(&place.map(|x| x + reach)));
+            let range: [_; D] = std::array::from_fn(|axis| [first[axis], last[axis]]);
             let extent = range.map(|[first, last]| last + 1 - first);
             let all = (0..extent.iter().product()).map(|flat| {
                 let offset = multi_index(flat, &extent);
@@ -180,6 +189,23 @@ impl<'a, const D: usize> Cells<'a, D> {
 
     fn apart(&self, a: usize, b: usize) -> f64 {
         distance(&self.centre(a), &self.centre(b))
+    }
+
+    /// The cell in which a place is, or which is next to one outside the box.
+    fn index_at(&self, place: &[f64; D]) -> [usize; D] {
+        let side = self.domain.spacing(self.halvings);
+        std::array::from_fn(|axis| {
+            let along = (place[axis] - self.domain.lower[axis]) / side;
+            along.clamp(0.0, self.shape[axis] as f64 - 1.0) as usize
+        })
+    }
+
+    /// Whether the cell in which a place is and all that touch it are known, and on that side.
+    fn are_around(&self, place: &[f64; D], inside: bool) -> bool {
+        let key = flat_index(&self.index_at(place), &self.shape);
+        let around = self.sides.around(key);
+        let other = if inside { !around.inside } else { around.inside };
+        around.unknown == 0 && self.is_inside(key) == inside && self.neighbours.beside(0) & other == 0
     }
 
     /// The cells that touch one on a side: through faces, edges and corners inside, through faces outside.
@@ -244,7 +270,13 @@ impl<'a, const D: usize> Cells<'a, D> {
     }
 
     /// Moves as few cells as undo a handle, if a closing does: those around it that have moved, within `reach`.
-    fn undone(&mut self, closing: &Closing, moved: &FxHashSet<usize>, reach: f64, parts: &Parts) -> Option<Vec<usize>> {
+    fn undone(
+        &mut self,
+        closing: &Closing,
+        moved: &FxHashSet<usize>,
+        reach: f64,
+        parts: &Parts<D>,
+    ) -> Option<Vec<usize>> {
         let inside = closing.inside;
         let (mut seen, mut stack, mut near) = (BTreeSet::from([closing.key]), vec![closing.key], Vec::new());
         while let Some(key) = stack.pop() {
@@ -261,7 +293,7 @@ impl<'a, const D: usize> Cells<'a, D> {
                 near.iter().take_while(|(apart, _)| apart.0 <= radius).map(|(_, key)| *key).collect();
             // A handle less makes the Euler characteristic of the inside greater by one.
             let gained: i32 = keys.iter().map(|key| self.moved(*key, inside)).sum();
-            if gained >= 1 && self.still_joined(&keys, !inside, parts) {
+            if gained >= 1 && self.are_attached(&keys, inside) && self.still_joined(&keys, !inside, parts) {
                 // Those that change f most are given back first.
                 keys.sort_unstable_by_key(|key| (Reverse(Height(self.values[key].abs())), *key));
                 self.give_back(&mut keys, inside);
@@ -297,75 +329,73 @@ impl<'a, const D: usize> Cells<'a, D> {
         }
     }
 
-    /// Whether the cells of a side that are beside some hang together: through the cells, or by the nodes of the lattice.
-    fn still_joined(&self, keys: &[usize], inside: bool, parts: &Parts) -> bool {
+    /// Whether cells that have moved to a side all hang together with others of it: else they are a piece of their own.
+    fn are_attached(&self, keys: &[usize], inside: bool) -> bool {
+        let mut free: FxHashSet<usize> = keys.iter().copied().collect();
+        let touches = |key: &usize| self.beside(*key, inside).any(|next| !free.contains(&next));
+        let mut stack: Vec<usize> = keys.iter().copied().filter(touches).collect();
+        stack.iter().for_each(|key| _ = free.remove(key));
+        while let Some(key) = stack.pop() {
+            stack.extend(self.beside(key, inside).filter(|next| free.remove(next)));
+        }
+        free.is_empty()
+    }
+
+    /// Whether the cells of a side that are beside some hang together: through cells, and through parts of the nodes.
+    fn still_joined(&self, keys: &[usize], inside: bool, parts: &Parts<D>) -> bool {
         let beside: BTreeSet<usize> = keys.iter().flat_map(|key| self.beside(*key, inside)).collect();
-        // Each flood ends where it meets a node, or an earlier flood that has.
-        let (mut flood_of, mut met): (FxHashMap<usize, usize>, Vec<Option<u32>>) = Default::default();
-        for start in beside {
-            if flood_of.contains_key(&start) {
+        let mut floods = Floods::from(&beside);
+        while floods.count() > 1 {
+            let Some(key) = floods.next() else { return false };
+            // One of a part may have moved to the other side.
+            if self.is_inside(key) != inside {
                 continue;
             }
-            let (this, mut part, mut stack) = (met.len(), None, vec![start]);
-            flood_of.insert(start, this);
-            while let (None, Some(key)) = (part, stack.pop()) {
-                part = parts.of(&multi_index(key, &self.shape), inside);
-                for next in self.beside(key, inside) {
-                    let flood = *flood_of.entry(next).or_insert_with(|| {
-                        stack.push(next);
-                        this
-                    });
-                    part = part.or_else(|| met.get(flood).copied().flatten());
-                }
+            if let Some(part) = parts.of(key, inside) {
+                floods.meet_region(part, &parts.cells[part]);
             }
-            met.push(part);
+            self.beside(key, inside).for_each(|next| floods.meet(next));
         }
-        met.len() == 1 || met.first().is_some_and(|first| first.is_some() && met.iter().all(|part| part == first))
+        true
     }
 }
 
-/// The nodes of the dense lattice in parts that hang together on their side of the zero set, and not only through what is shallow.
-struct Parts {
-    /// None where f is near zero.
-    inside: Vec<Option<bool>>,
-    labels: Vec<u32>,
-    shape: Vec<usize>,
-    /// From the lattice to the cells.
+/// How what is beyond the cells hangs together.
+struct Parts<const D: usize> {
+    nodes: NodeParts<D>,
+    /// The cells at the nodes of each part.
+    cells: Vec<Vec<usize>>,
+    /// From the nodes' lattice to the cells'.
     halvings: u32,
+    shape: [usize; D],
 }
 
-impl Parts {
-    fn new(nodes: &ArrayD<f64>, shallow: f64, halvings: u32) -> Self {
-        const NONE: u32 = u32::MAX;
-        let inside: Vec<Option<bool>> =
-            nodes.iter().map(|value| (value.abs() > shallow).then_some(*value < 0.0)).collect();
-        let (graph, mut labels, mut count) = (NodeGraph::new(nodes.shape()), vec![NONE; inside.len()], 0);
-        for start in 0..inside.len() {
-            if labels[start] != NONE {
-                continue;
-            }
-            let same = |node: &usize| inside[*node] == inside[start];
-            let next = |node: usize| graph.neighbours(node).flatten().filter(same).collect::<Vec<_>>();
-            let claim = |node: usize| {
-                let free = labels[node] == NONE;
-                if free {
-                    labels[node] = count;
-                }
-                free
-            };
-            NodeGraph::flood(start, next, claim);
-            count += 1;
+impl<const D: usize> Parts<D> {
+    /// Of the lattice after so many halvings, or of another one that suits the spacing better; what is no farther from zero than `shallow`
+    /// joins nothing.
+    fn new(cells: &Cells<D>, f: &HierarchicalSpline<D>, halvings: u32, shallow: f64, spacing: f64) -> Self {
+        let (domain, mut halvings) = (cells.domain, halvings.min(cells.halvings));
+        let is_too_coarse = |halvings: u32| domain.spacing(halvings) > COARSER * spacing;
+        let count = |halvings: u32| domain.cells(halvings).iter().product::<usize>();
+        while halvings < cells.halvings && is_too_coarse(halvings) && count(halvings + 1) <= MOST_NODES {
+            halvings += 1;
         }
-        Self { inside, labels, shape: nodes.shape().to_vec(), halvings }
+        let nodes = NodeParts::new(f, domain, [halvings, cells.halvings], shallow);
+        let mut parts = Self { nodes, cells: Vec::new(), halvings: cells.halvings - halvings, shape: cells.shape };
+        parts.cells.resize_with(parts.nodes.count(), Vec::new);
+        for key in &cells.keys {
+            if let Some(part) = parts.of(*key, cells.is_inside(*key)) {
+                parts.cells[part].push(*key);
+            }
+        }
+        parts
     }
 
     /// The part of the node in the lowest corner of a cell, if there is one and it is clearly on that side.
-    fn of(&self, cell: &[usize], inside: bool) -> Option<u32> {
-        if cell.iter().any(|i| i % (1 << self.halvings) != 0) {
-            return None;
-        }
-        let flat = cell.iter().zip(&self.shape).fold(0, |flat, (i, count)| flat * count + (i >> self.halvings));
-        (self.inside[flat] == Some(inside)).then(|| self.labels[flat])
+    fn of(&self, key: usize, inside: bool) -> Option<usize> {
+        let cell = multi_index(key, &self.shape);
+        let is_node = cell.iter().all(|i| i % (1 << self.halvings) == 0);
+        is_node.then(|| self.nodes.of(&cell.map(|i| i >> self.halvings), inside)).flatten()
     }
 }
 
@@ -447,6 +477,31 @@ pub(crate) mod tests {
     }
 
     #[test]
+    fn a_slot_is_closed_from_bank_to_bank() {
+        // A hole 0.09 wide and three times as long: what fills its midst alone, and touches neither bank, closes nothing.
+        let f = |[x, y, z]: [f64; 3]| wall((x.hypot(y) - 0.4).max(0.0).hypot(z), (x / 3.0).hypot(y), 0.004);
+        let f = HierarchicalSpline::new(spline(&box_of_one(), HALVINGS, f)).unwrap();
+        let all = found(&f);
+        let [feature] = &all[..] else { panic!("{all:?}") };
+        assert_eq!((feature.inside, feature.is_speck), (true, false));
+        for bank in [-1.0, 1.0] {
+            let most = feature.places.iter().map(|[_, y, _]| bank * y).fold(0.0, f64::max);
+            assert!(most > 0.02, "{most}: {feature:?}");
+        }
+    }
+
+    #[test]
+    fn of_two_holes_into_a_hollow_one_stays() {
+        let f = |[x, y, z]: [f64; 3]| wall(x.hypot(y).hypot(z) - 0.3, x.hypot(y), 0.004 + 0.001 * z);
+        let f = HierarchicalSpline::new(spline(&box_of_one(), HALVINGS, f)).unwrap();
+        let all = found(&f);
+        let [feature] = &all[..] else { panic!("{all:?}") };
+        assert_eq!((feature.inside, feature.is_speck), (true, false));
+        // The shallower one goes.
+        assert!(feature.places.iter().all(|[_, _, z]| *z < 0.0), "{feature:?}");
+    }
+
+    #[test]
     fn a_hole_that_lets_into_a_hollow_stays() {
         // Closed it would make two surfaces of one.
         let f = |[x, y, z]: [f64; 3]| {
@@ -479,5 +534,14 @@ pub(crate) mod tests {
             assert!((20..80).contains(&feature.places.len()), "{}", feature.places.len());
         }
         assert_eq!(found(&dent(0.03)), []);
+        // One with a radius of 0.006, between the centres of cells.
+        let f = dent(0.0025);
+        let depth = -f.value(&[0.0; 3]);
+        assert!(depth > 0.0 && depth < 0.001, "{depth}");
+        for (f, inside) in [(f.clone(), false), (f.scaled(-1.0).unwrap(), true)] {
+            let all = found(&f);
+            let [feature] = &all[..] else { panic!("{all:?}") };
+            assert_eq!((feature.inside, feature.is_speck, feature.places.len()), (inside, true, 1));
+        }
     }
 }
