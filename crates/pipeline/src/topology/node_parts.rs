@@ -7,6 +7,8 @@ use crate::topology::node_graph::NodeGraph;
 
 /// f, about the distance near zero, is taken to be no steeper than this between nodes.
 const STEEPEST: f64 = 1.5;
+/// Ways between nodes that are looked at together.
+const WAYS: usize = 100_000;
 
 /// The nodes of a lattice where f is not near zero, in parts that hang together on their side of the zero set.
 pub(crate) struct NodeParts<const D: usize> {
@@ -37,12 +39,11 @@ impl<const D: usize> NodeParts<D> {
         // Where f is so near to zero that a wall may be between two nodes it is looked at on the way.
         let length = domain.spacing(halvings);
         let is_near = |node: usize, next: usize| values[node].abs() + values[next].abs() <= STEEPEST * length;
-        let mut ways: Vec<(usize, usize)> = Vec::new();
-        for node in nodes.all() {
+        let unsure_ways = |node: usize| {
             let after = graph.neighbours(node).skip(1).step_by(2).enumerate();
-            let is_unsure = |next: usize| on_a_side(node, next) && is_near(node, next);
-            ways.extend(after.filter(|(_, next)| next.is_some_and(is_unsure)).map(|(axis, _)| (node, axis)));
-        }
+            let is_unsure = move |next: usize| on_a_side(node, next) && is_near(node, next);
+            after.filter_map(move |(axis, next)| next.is_some_and(is_unsure).then_some((node, axis)))
+        };
         let pieces = 1usize << finer.saturating_sub(halvings);
         let on_the_way = |(node, axis): &(usize, usize)| {
             let (start, axis) = (nodes.at(*node), *axis);
@@ -52,13 +53,20 @@ impl<const D: usize> NodeParts<D> {
                 place
             })
         };
-        let between: Vec<[f64; D]> = ways.iter().flat_map(on_the_way).collect();
-        let between = f.evaluate(&between, Derivatives::Value).values;
         // A bit for each axis, of the way after the node.
         let mut walls = vec![0u8; inside.len()];
-        for ((node, axis), between) in ways.iter().zip(between.chunks((pieces - 1).max(1))) {
-            if between.iter().any(|value| side(*value) != inside[*node]) {
-                walls[*node] |= 1 << axis;
+        let mut all_ways = nodes.all().flat_map(unsure_ways);
+        loop {
+            let ways: Vec<(usize, usize)> = all_ways.by_ref().take(WAYS).collect();
+            if ways.is_empty() {
+                break;
+            }
+            let between: Vec<[f64; D]> = ways.iter().flat_map(on_the_way).collect();
+            let between = f.evaluate(&between, Derivatives::Value).values;
+            for ((node, axis), between) in ways.iter().zip(between.chunks((pieces - 1).max(1))) {
+                if between.iter().any(|value| side(*value) != inside[*node]) {
+                    walls[*node] |= 1 << axis;
+                }
             }
         }
 
