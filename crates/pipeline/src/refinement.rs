@@ -10,7 +10,7 @@ use zeroset_watch::CancelToken;
 
 use crate::error::ReconstructError;
 use crate::lattice::domain::Domain;
-use crate::points::spacing::{NOISY, Spacing};
+use crate::points::spacing::{NOISY, SECOND_ORDER, Spacing};
 use crate::refinement::heavy_tails::{HeavyTails, Noise};
 use crate::refinement::strays::{Stray, strays};
 use crate::report::StageFigures;
@@ -40,8 +40,6 @@ const BAND: usize = 3;
 /// a band can have.
 const NEAR: f64 = 2.5;
 const WIDEST: usize = 7;
-/// Beyond so many spacings fairness is of second order, which overshoots less than third order.
-const SECOND_ORDER: f64 = 4.0;
 /// Steps of conjugate gradients for a Gauss–Newton step, where cells are as large as spacings.
 const CG_STEPS: f64 = 12.0;
 /// With more noise than this share of the spacing f̂ and the initial shape are far enough from the surface that refinement has to move

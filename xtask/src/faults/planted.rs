@@ -154,12 +154,7 @@ pub const FAULTS: &[Fault] = &[
     fault("pipeline", "trust/gaps/curve.rs", "parts.iter().all(", "parts.iter().any("),
     fault("pipeline", "topology/shallow.rs", "self.still_joined(&keys, !inside, parts)", "true"),
     fault("pipeline", "topology/shallow.rs", "self.are_attached(&keys, inside)", "true"),
-    fault(
-        "pipeline",
-        "topology/floods.rs",
-        "self.all[flood].get_or_insert_default().regions.push(cells);",
-        "_ = cells;",
-    ),
+    fault("pipeline", "topology/floods.rs", "None => self.all[flood].regions.push(cells),", "None => _ = cells,"),
     fault("pipeline", "topology/node_parts.rs", "<= STEEPEST * length", "<= 0.0 * length"),
     fault("pipeline", "topology/neighbours.rs", "dimension % 2 == 0", "dimension % 2 == 1"),
     fault("trust-region", "within_bounds.rs", "*b = -*b - e", "*b = e - *b"),

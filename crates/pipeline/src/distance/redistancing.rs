@@ -11,7 +11,7 @@ use crate::distance::calibration::from_surface;
 use crate::error::ReconstructError;
 use crate::lattice::domain::{Domain, Nodes, multi_index};
 use crate::points::kd_tree::tree_of;
-use crate::points::spacing::Spacing;
+use crate::points::spacing::{SECOND_ORDER, Spacing};
 use crate::report::StageFigures;
 
 /// Beside the foot of every point there are zeros so many spacings away,
@@ -32,8 +32,6 @@ const CLEAR: f64 = 2.0;
 const UNHEARD: f64 = 0.5;
 /// Smoothing length of corrections, in cells.
 const SMOOTHING: f64 = 0.15;
-/// As in the refinement, in spacings.
-const SECOND_ORDER: f64 = 4.0;
 /// What slopes count, in spacings, and distances: little beside the zeros, which are to stay.
 const SLOPE_LENGTH: f64 = 0.05;
 const DISTANCE_SHARE: f64 = 0.2;

@@ -44,6 +44,12 @@ impl<const D: usize> Domain<D> {
         self.cells.map(|count| count << halvings)
     }
 
+    /// The middle of a cell after `halvings`, given its place in C order.
+    pub(crate) fn centre(&self, halvings: u32, cell: usize) -> [f64; D] {
+        let (index, side) = (multi_index(cell, &self.cells(halvings)), self.spacing(halvings));
+        std::array::from_fn(|axis| self.lower[axis] + (index[axis] as f64 + 0.5) * side)
+    }
+
     /// Coefficients of degree `degree` on the lattice after `halvings`. They are counted to refuse too many: these need not fit an integer.
     pub(crate) fn coefficients(&self, degree: usize, halvings: u32) -> f64 {
         self.cells(halvings).map(|cells| (cells + degree) as f64).iter().product()

@@ -28,6 +28,9 @@ pub struct Spacing {
 /// Points with more noise than so many of their spacings are noisy; less is detail that is finer than the spacing, or nothing.
 pub const NOISY: f64 = 0.1;
 
+/// Beyond so many spacings fairness is of second order, which overshoots less than third order.
+pub const SECOND_ORDER: f64 = 4.0;
+
 /// Points spread evenly have up to so many times the mean area by the square of their spacing, by its median 1: 1.06 where they are random,
 /// for the sixth neighbour's distance errs, and more with noise.
 const EVEN: f64 = 1.2;

@@ -7,8 +7,8 @@ use rustc_hash::FxHashMap;
 /// Floods of cells, by their numbers, that become one where they meet, or where they come to the same region: cells of which is known that
 /// they hang together. They take turns, so that no more is flooded than a few times the smallest piece that hangs together.
 pub(crate) struct Floods<'a> {
-    /// Where each goes on; none if another one has taken it up.
-    all: Vec<Option<Ahead<'a>>>,
+    /// Where each goes on.
+    all: Vec<Ahead<'a>>,
     /// By which each was taken up; itself if it was not.
     taken_up: Vec<usize>,
     count: usize,
@@ -29,11 +29,14 @@ struct Ahead<'a> {
 impl<'a> Floods<'a> {
     /// One from each cell.
     pub(crate) fn from(starts: &BTreeSet<usize>) -> Self {
-        let of_cell: FxHashMap<usize, usize> = starts.iter().copied().zip(0..).collect();
-        let ahead = |key: &usize| Some(Ahead { cells: vec![*key], regions: Vec::new() });
-        let all: Vec<Option<Ahead>> = starts.iter().map(ahead).collect();
-        let count = all.len();
-        Self { all, taken_up: (0..count).collect(), count, turn: 0, of_cell, of_region: FxHashMap::default() }
+        Self {
+            all: starts.iter().map(|key| Ahead { cells: vec![*key], regions: Vec::new() }).collect(),
+            taken_up: (0..starts.len()).collect(),
+            count: starts.len(),
+            turn: 0,
+            of_cell: starts.iter().copied().zip(0..).collect(),
+            of_region: FxHashMap::default(),
+        }
     }
 
     /// How many there still are.
@@ -45,7 +48,10 @@ impl<'a> Floods<'a> {
     pub(crate) fn next(&mut self) -> Option<usize> {
         loop {
             self.turn = (self.turn + 1) % self.all.len().max(1);
-            let Some(ahead) = self.all.get_mut(self.turn)? else { continue };
+            if *self.taken_up.get(self.turn)? != self.turn {
+                continue;
+            }
+            let ahead = &mut self.all[self.turn];
             if let Some(key) = ahead.cells.pop() {
                 return Some(key);
             }
@@ -63,30 +69,20 @@ impl<'a> Floods<'a> {
 
     /// The flood whose turn it is comes to a cell.
     pub(crate) fn meet(&mut self, key: usize) {
-        let flood = self.own();
-        match self.of_cell.get(&key) {
-            Some(first) => self.join(flood, *first),
-            None => {
-                self.of_cell.insert(key, flood);
-                self.all[flood].get_or_insert_default().cells.push(key);
-            }
+        let flood = self.left(self.turn);
+        match self.of_cell.insert(key, flood) {
+            Some(first) => self.join(flood, first),
+            None => self.all[flood].cells.push(key),
         }
     }
 
     /// The flood whose turn it is comes to a region with these cells.
     pub(crate) fn meet_region(&mut self, region: usize, cells: &'a [usize]) {
-        let flood = self.own();
-        match self.of_region.get(&region) {
-            Some(first) => self.join(flood, *first),
-            None => {
-                self.of_region.insert(region, flood);
-                self.all[flood].get_or_insert_default().regions.push(cells);
-            }
+        let flood = self.left(self.turn);
+        match self.of_region.insert(region, flood) {
+            Some(first) => self.join(flood, first),
+            None => self.all[flood].regions.push(cells),
         }
-    }
-
-    fn own(&self) -> usize {
-        self.left(self.turn)
     }
 
     /// The flood that one is part of.
@@ -102,17 +98,11 @@ impl<'a> Floods<'a> {
         if a == b {
             return;
         }
-        let (mut more, mut fewer) = (self.all[a].take().unwrap_or_default(), self.all[b].take().unwrap_or_default());
-        let mut keeps = a;
-        if more.cells.len() < fewer.cells.len() {
-            std::mem::swap(&mut more, &mut fewer);
-            keeps = b;
-        }
-        more.cells.append(&mut fewer.cells);
-        more.regions.append(&mut fewer.regions);
-        self.all[keeps] = Some(more);
-        self.taken_up[a] = keeps;
-        self.taken_up[b] = keeps;
+        let (more, fewer) = if self.all[a].cells.len() < self.all[b].cells.len() { (b, a) } else { (a, b) };
+        let mut taken = std::mem::take(&mut self.all[fewer]);
+        self.all[more].cells.append(&mut taken.cells);
+        self.all[more].regions.append(&mut taken.regions);
+        self.taken_up[fewer] = more;
         self.count -= 1;
     }
 }

@@ -15,7 +15,7 @@ impl NodeGraph {
         Self { shape: shape.to_vec(), strides }
     }
 
-    /// The nodes next to one along the axes; `None` for each step that leaves the lattice.
+    /// The nodes next to one along the axes, of each axis the one before and the one after; `None` for each step that leaves the lattice.
     pub(crate) fn neighbours(&self, node: usize) -> impl Iterator<Item = Option<usize>> + '_ {
         (0..self.shape.len()).flat_map(move |axis| {
             let position = node / self.strides[axis] % self.shape[axis];

@@ -84,14 +84,7 @@ impl<const D: usize> NodeParts<D> {
                 let steps = graph.neighbours(node).enumerate();
                 steps.filter_map(move |(step, next)| next.filter(|next| is_open(step, next)))
             };
-            let claim = |node: usize| {
-                let free = labels[node] == NONE;
-                if free {
-                    labels[node] = count;
-                }
-                free
-            };
-            NodeGraph::flood(start, next, claim);
+            NodeGraph::flood(start, next, |node| std::mem::replace(&mut labels[node], count) == NONE);
             count += 1;
         }
         Self { nodes, inside, labels, count }

@@ -57,8 +57,8 @@ pub struct Shallow<const D: usize> {
     pub height: f64,
 }
 
-/// The shallow features of f, negative inside and about the distance near its zero set, the shallowest first; `spacing` is that of the points.
-/// All in frame units.
+/// The shallow features of f, negative inside and about the distance near its zero set, the shallowest first after specks between the cells;
+/// `spacing` is that of the points. All in frame units.
 pub fn shallow<const D: usize>(
     f: &HierarchicalSpline<D>,
     domain: &Domain<D>,
@@ -183,8 +183,7 @@ impl<'a, const D: usize> Cells<'a, D> {
     }
 
     fn centre(&self, key: usize) -> [f64; D] {
-        let (index, side) = (multi_index(key, &self.shape), self.domain.spacing(self.halvings));
-        std::array::from_fn(|axis| self.domain.lower[axis] + (index[axis] as f64 + 0.5) * side)
+        self.domain.centre(self.halvings, key)
     }
 
     fn apart(&self, a: usize, b: usize) -> f64 {

@@ -8,7 +8,7 @@ use zeroset_watch::CancelToken;
 
 use crate::error::ReconstructError;
 use crate::lattice::domain::Domain;
-use crate::points::spacing::Spacing;
+use crate::points::spacing::{SECOND_ORDER, Spacing};
 use crate::report::StageFigures;
 use crate::topology::shallow::shallow;
 
@@ -16,8 +16,6 @@ use crate::topology::shallow::shallow;
 const ROUNDS: usize = 4;
 /// In the places of a feature f is brought so many spacings to the other side.
 const BEYOND: f64 = 0.05;
-/// As in the refinement, in spacings.
-const SECOND_ORDER: f64 = 4.0;
 
 /// What has gone.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]

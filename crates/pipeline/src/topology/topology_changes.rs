@@ -69,7 +69,7 @@ pub fn topology_changes<const D: usize>(
         changed = cells.sides(before, after, domain, f64::INFINITY).moved();
     }
     let change = |group: Vec<Moving>| TopologyChange {
-        places: group.iter().map(|moving| cells.centre(moving.key, domain)).collect(),
+        places: group.iter().map(|moving| domain.centre(cells.halvings, moving.key)).collect(),
         before: group.iter().map(|moving| moving.before).collect(),
         after: group.iter().map(|moving| moving.after).collect(),
     };
@@ -122,13 +122,8 @@ impl Cells {
         domain.spacing(self.halvings)
     }
 
-    fn centre<const D: usize>(&self, key: usize, domain: &Domain<D>) -> [f64; D] {
-        let index = multi_index(key, &domain.cells(self.halvings));
-        std::array::from_fn(|axis| domain.lower[axis] + (index[axis] as f64 + 0.5) * self.side(domain))
-    }
-
     fn centres<const D: usize>(&self, domain: &Domain<D>) -> Vec<[f64; D]> {
-        self.keys.par_iter().with_min_len(1024).map(|key| self.centre(*key, domain)).collect()
+        self.keys.par_iter().with_min_len(1024).map(|key| domain.centre(self.halvings, *key)).collect()
     }
 
     /// The halves of those cells in which the functions can differ in topology; none if they are too many.
