@@ -143,6 +143,10 @@ struct Ladder<'a, const D: usize> {
     leader: Option<Leader<D>>,
     /// Of those that were not preferred to it and have welded no walls, the best by its score in the last search from scratch.
     runner_up: Option<Leader<D>>,
+    /// What candidates from scratch begin with in the last search.
+    origin: Start,
+    /// Directions in which each point is pushed away by the others, once they are asked for.
+    repulsion: Option<Vec<[f64; D]>>,
     /// The lattice that was climbed to last.
     rung: Option<Rung<'a, D>>,
     /// Why a candidate was passed over.
@@ -160,9 +164,22 @@ impl<'a, const D: usize> Ladder<'a, D> {
         let referee = Referee::new(points, areas, options.spacing, options.density, &knots)?;
         let heard: Vec<usize> = (0..points.len()).filter(|i| areas[*i] > 0.0).collect();
         let patches = Patches::new(&heard.iter().map(|i| points[*i]).collect::<Vec<_>>(), options.spacing);
-        let report = LadderReport::default();
-        let (leader, runner_up, rung, failure) = (None, None, None, None);
-        Ok(Self { points, areas, base, options, heard, patches, referee, report, leader, runner_up, rung, failure })
+        Ok(Self {
+            points,
+            areas,
+            base,
+            options,
+            heard,
+            patches,
+            referee,
+            report: LadderReport::default(),
+            leader: None,
+            runner_up: None,
+            origin: Start::Eigenvector,
+            repulsion: None,
+            rung: None,
+            failure: None,
+        })
     }
 
     /// Whether points may still be on the wrong side; or else the cells after so many halvings are wide against the noise, and
@@ -176,6 +193,10 @@ impl<'a, const D: usize> Ladder<'a, D> {
             return false;
         }
         if self.leaves_points(leader) || leader.verdict.beyond_noise > self.options.doubtful {
+            return true;
+        }
+        // What lowers the error of W best is not always right, but with narrower cells it is then put right.
+        if self.report.choice().is_some_and(|choice| choice.start == Start::Repulsion) {
             return true;
         }
         let (_, low, high) = self.base[0].cells().next().unwrap_or_default();
@@ -304,8 +325,13 @@ impl<'a, const D: usize> Ladder<'a, D> {
     fn scratch(&self) -> Start {
         match self.options.normals {
             KnownNormals::Trust(_) => Start::Normals,
-            _ => Start::Eigenvector,
+            _ => self.origin,
         }
+    }
+
+    /// Whether it can be better to begin with repulsion: of an open surface the scores say nothing, and in the plane pieces are turned round.
+    fn may_begin_with_repulsion(&self) -> bool {
+        D == 3 && self.options.repulsion && !self.options.open && self.scratch() == Start::Eigenvector
     }
 
     /// Candidates from scratch, after the one from known normals if they are but a hint and it is not good enough: with the length
@@ -318,9 +344,16 @@ impl<'a, const D: usize> Ladder<'a, D> {
         }
         let before = self.report.candidates.len();
         let continued = self.leader_on(rung);
-        let first = self.consider(rung, self.scratch())?;
+        self.origin = Start::Eigenvector;
+        let mut first = self.consider(rung, self.scratch())?;
         if self.options.open && continued.is_some_and(|continued| first.fits() && first.is_same(&continued)) {
             return Ok(());
+        }
+        if self.may_begin_with_repulsion() && first.score > RANDOM {
+            let other = self.consider(rung, Start::Repulsion)?;
+            if other.score < first.score && !other.is_same(&first) {
+                (self.origin, first) = (Start::Repulsion, other);
+            }
         }
         self.runner_up = None;
         self.search_from(first, rung)?;
@@ -415,6 +448,15 @@ impl<'a, const D: usize> Ladder<'a, D> {
             }
             (Start::Leader, Some(leader), _) => {
                 rung.continued(&leader.f, self.report.candidates[self.report.chosen].halvings)
+            }
+            (Start::Repulsion, ..) => {
+                let normals = match self.repulsion.take() {
+                    Some(normals) => normals,
+                    None => self.referee.repulsion()?,
+                };
+                let found = rung.oriented(&normals, false);
+                self.repulsion = Some(normals);
+                found
             }
             _ => rung.spectral(),
         };
@@ -644,7 +686,7 @@ mod tests {
         let knots = [6, 5, 2].map(|half| KnotVector::uniform(3, -0.125 * f64::from(half), 0.125, 2 * half as usize));
         let knots = knots.map(Result::unwrap);
         let spacing = (1.4f64 / 2500.0).sqrt();
-        let options = LadderOptions { last: 1, ..LadderOptions::new(spacing, spacing.powi(-2)) };
+        let options = LadderOptions { last: 1, repulsion: false, ..LadderOptions::new(spacing, spacing.powi(-2)) };
         let (f, _, report) = climb(&points, &[1.0; 2499], &knots, &options).unwrap();
         let scores: Vec<_> = report.candidates.iter().map(|found| (found.ratio, found.judgement.score)).collect();
         assert!(scores[0].1 > RANDOM && scores[1].1 < scores[0].1, "a longer one that is better: {scores:?}");
@@ -653,15 +695,19 @@ mod tests {
         assert!(right >= 2370, "{right}");
     }
 
-    /// The share of the points whose side is right, by their normals, on lattices of up to two halvings, and the ladder's report.
+    /// Up to two halvings, from the eigenvector alone: for tests of what random sides lead to, which repulsion tells.
+    fn without_repulsion(spacing: f64) -> LadderOptions<3> {
+        LadderOptions { last: 2, repulsion: false, ..LadderOptions::new(spacing, spacing.powi(-2)) }
+    }
+
+    /// The share of the points whose side is right, by their normals, and the ladder's report.
     fn climbed(
         points: &[[f64; 3]],
         normals: &[[f64; 3]],
-        spacing: f64,
         knots: &[KnotVector; 3],
+        options: &LadderOptions<3>,
     ) -> (f64, LadderReport) {
-        let options = LadderOptions { last: 2, ..LadderOptions::new(spacing, spacing.powi(-2)) };
-        let (f, _, report) = climb(points, &vec![1.0; points.len()], knots, &options).unwrap();
+        let (f, _, report) = climb(points, &vec![1.0; points.len()], knots, options).unwrap();
         let is_right = |(p, n): &(&[f64; 3], &[f64; 3])| dot(&f.value_and_gradient(p).1, *n) > 0.0;
         let right = points.iter().zip(normals).filter(is_right).count();
         (right as f64 / points.len() as f64, report)
@@ -681,7 +727,7 @@ mod tests {
         };
         let (points, normals): (Vec<[f64; 3]>, Vec<[f64; 3]>) = points.iter().map(at).unzip();
         let knots = [0; 3].map(|_| KnotVector::uniform(3, -1.25, 0.25, 10).unwrap());
-        climbed(&points, &normals, spacing, &knots)
+        climbed(&points, &normals, &knots, &without_repulsion(spacing))
     }
 
     /// Random points of a sphere and of another one inside, a spacing away.
@@ -779,8 +825,9 @@ mod tests {
         assert_eq!((coarse.off, report.choice().unwrap().halvings), (0, 2), "{report:?}");
     }
 
-    /// Random points of four blades, 1.6 spacings thick and 2.5 apart, on a base, the share of them whose side is right, and the ladder's report.
-    fn comb() -> (f64, LadderReport) {
+    /// Random points of four blades, 1.6 spacings thick and 2.5 apart, on a base, the share of them whose side is right with these options, and
+    /// the ladder's report.
+    fn comb(options: impl Fn(f64) -> LadderOptions<3>) -> (f64, LadderReport) {
         let (count, mut random) = (3000, congruence(1));
         // Both sides of all blades, 1 × 1 each, are nearly all of the area.
         let spacing = (8.0 / count as f64).sqrt();
@@ -818,12 +865,12 @@ mod tests {
             let cells = 2 * (half / 0.3 + 1.5).ceil() as usize;
             KnotVector::uniform(3, -0.15 * cells as f64, 0.3, cells).unwrap()
         });
-        climbed(&points, &normals, spacing, &knots)
+        climbed(&points, &normals, &knots, &options(spacing))
     }
 
     #[test]
     fn what_leaves_points_behind_leads_to_shorter_lengths() {
-        let (right, report) = comb();
+        let (right, report) = comb(without_repulsion);
         let scores: Vec<_> =
             report.candidates.iter().map(|c| (c.halvings, c.ratio, c.judgement.score, c.off)).collect();
         // Only a body around all blades is better than random sides on wide cells, and so good that the referee is content.
@@ -831,6 +878,20 @@ mod tests {
         assert!(body.ratio == 3.2 && body.judgement.score < 0.4 && body.off > 1000, "{scores:?}");
         assert_eq!((report.choice().unwrap().ratio, report.choice().unwrap().off), (0.4, 0), "{scores:?}");
         assert!(right > 0.99, "{right} {scores:?}");
+    }
+
+    #[test]
+    fn repulsion_tells_the_sides_of_blades() {
+        let with_repulsion = |spacing| LadderOptions { repulsion: true, ..without_repulsion(spacing) };
+        let (right, report) = comb(with_repulsion);
+        assert!(right > 0.95, "{right} {report:?}");
+        let [first, second, others @ ..] = &report.candidates[..] else { panic!("{report:?}") };
+        assert_eq!([first.start, second.start], [Start::Eigenvector, Start::Repulsion]);
+        assert_eq!(first.ratio, second.ratio);
+        assert!(first.judgement.score > RANDOM && second.judgement.score < 0.25, "{report:?}");
+        // What was better begins the search for other lengths, too, and what began with it climbs.
+        assert!(others.iter().all(|other| other.start != Start::Eigenvector), "{report:?}");
+        assert_eq!((report.choice().unwrap().halvings, report.choice().unwrap().start), (2, Start::Leader));
     }
 
     #[test]
@@ -898,9 +959,15 @@ mod tests {
             })
             .collect();
         let knots = [0; 3].map(|_| KnotVector::uniform(3, -0.6, 0.15, 8).unwrap());
-        let options = LadderOptions { last: 1, ..LadderOptions::new(0.06, 280.0) };
-        let (_, _, report) = climb(&points, &[1.0; 1500], &knots, &options).unwrap();
-        let scores: Vec<_> = report.candidates.iter().map(|found| (found.ratio, found.judgement.score)).collect();
+        let scores = |repulsion: bool| -> Vec<(f64, f64)> {
+            let options = LadderOptions { last: 1, repulsion, ..LadderOptions::new(0.06, 280.0) };
+            let (_, _, report) = climb(&points, &[1.0; 1500], &knots, &options).unwrap();
+            report.candidates.iter().map(|found| (found.ratio, found.judgement.score)).collect()
+        };
+        // With repulsion the sides agree, and only their noise tells that the points bound nothing.
+        let [(_, eigenvector), (_, repulsion), ..] = scores(true)[..] else { panic!("no second start") };
+        assert!(eigenvector > RANDOM && repulsion < 0.25, "{eigenvector} {repulsion}");
+        let scores = scores(false);
         assert!(scores[..4].iter().all(|(_, score)| *score > RANDOM), "{scores:?}");
         assert_eq!(scores.iter().map(|(ratio, _)| *ratio).collect::<Vec<_>>(), [0.4, 0.8, 1.6, 0.2, 3.2]);
     }

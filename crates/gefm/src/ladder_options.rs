@@ -73,6 +73,10 @@ pub struct LadderOptions<const D: usize> {
     /// Whether the surface may end where the points do, so that the score may say nothing of it: then what no point lies off, and is found
     /// again from scratch, needs no other length.
     pub open: bool,
+    /// Whether candidates from scratch may begin with the directions in which the points push each other away
+    /// ([`Referee::repulsion`](crate::Referee::repulsion)), in space and not for open surfaces, where the sides of those that begin with the
+    /// eigenvector are about random. Not unless asked for: most of these sides come out better, but not all that others had right.
+    pub repulsion: bool,
     /// Candidates whose fairness is of third order, if there are to be any.
     pub third_order: Option<ThirdOrderOptions>,
     /// Relative residual of the solves on finer lattices.
@@ -99,6 +103,7 @@ impl<const D: usize> LadderOptions<D> {
             doubtful: 0.25,
             hopeless: f64::INFINITY,
             open: false,
+            repulsion: false,
             third_order: None,
             tolerance: 1e-3,
             normals: KnownNormals::None,

@@ -10,6 +10,8 @@ use crate::referee::Judgement;
 pub enum Start {
     /// The generalized eigenvector.
     Eigenvector,
+    /// Directions in which the other points push each one away ([`Referee::repulsion`](crate::Referee::repulsion)).
+    Repulsion,
     /// The normals of the best candidate so far.
     Leader,
     /// The normals of one with a longer smoothing length and doubtless sides, which left points behind.

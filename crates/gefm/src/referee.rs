@@ -116,6 +116,22 @@ impl<'a, const D: usize> Referee<'a, D> {
         Ok(self.near.with_normals(area_vectors)?.evaluate(self.points)?)
     }
 
+    /// Unit vectors along which the other points push each one away: `Σ aⱼ (Pᵢ − Pⱼ) / ‖Pᵢ − Pⱼ‖³` (in 2D over `‖Pᵢ − Pⱼ‖²`), which is outward on
+    /// what is convex. W is linear in the area vectors, and this is its transpose applied to ½ at all points, so the first step of steepest
+    /// descent from no normals at all for `Σ (W(Pᵢ) − ½)²` (Lin, Xiao, Shi and Wang 2022).
+    ///
+    /// # Errors
+    /// If an area is not finite.
+    pub fn repulsion(&self) -> Result<Vec<[f64; D]>, GefmError> {
+        let mut pushes = vec![[0.0; D]; self.points.len()];
+        for axis in 0..D {
+            let along = |area: &f64| std::array::from_fn(|other| if other == axis { *area } else { 0.0 });
+            let pulls = self.winding(&self.areas.iter().map(along).collect::<Vec<_>>())?;
+            pushes.iter_mut().zip(pulls).for_each(|(push, pull)| push[axis] = -pull);
+        }
+        Ok(area_vectors(&pushes, &vec![1.0; pushes.len()]))
+    }
+
     /// Judges f, and gives `W` at every point, calibrated: ½ where all is well.
     ///
     /// # Errors
@@ -164,6 +180,7 @@ impl<'a, const D: usize> Referee<'a, D> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::lanczos::dot;
     use zeroset_bspline::Spline;
 
     /// Points on a circle of radius 0.4, in a box of 16 × 16 cells, and a function that is linear in the radius there.
@@ -190,6 +207,17 @@ mod tests {
         assert!(judgement.score < 0.02 && judgement.disagreement == 0.0, "{judgement:?}");
         assert!(winding.iter().all(|w| (w - 0.5).abs() < 0.02));
         assert!(judgement.inside > 0.2 && (judgement.calibration - 1.0).abs() < 0.05);
+    }
+
+    #[test]
+    fn repulsion_is_outward_where_the_points_are_convex() {
+        let (points, f) = circle(|_, _| 0.0);
+        let ones = vec![1.0; points.len()];
+        let referee = Referee::new(&points, &ones, 0.01, 100.0, f.knots()).unwrap();
+        for (push, p) in referee.repulsion().unwrap().iter().zip(&points) {
+            // The tree code is good to 1e-3 of W, which is ½ of such a push.
+            assert!(dot(push, p) > 0.4 * 0.99999 && (dot(push, push) - 1.0).abs() < 1e-12, "{push:?} at {p:?}");
+        }
     }
 
     #[test]

@@ -120,6 +120,7 @@ pub const FAULTS: &[Fault] = &[
     fault("gefm", "tridiagonal.rs", "diagonal[i] + reach(i)", "diagonal[i] + 0.1 * reach(i)"),
     fault("gefm", "tridiagonal.rs", "vector[i] += factor * vector[i - 1];", "vector[i] -= factor * vector[i - 1];"),
     fault("gefm", "lanczos.rs", "let share = dot(&next_image, v);", "let share = 0.9 * dot(&next_image, v);"),
+    fault("gefm", "referee.rs", "push[axis] = -pull", "push[axis] = pull"),
     fault(
         "trust-region",
         "sampson.rs",
