@@ -351,7 +351,7 @@ impl<'a, const D: usize> Ladder<'a, D> {
         }
         if self.may_begin_with_repulsion() && first.score > RANDOM {
             let other = self.consider(rung, Start::Repulsion)?;
-            if other.score < first.score && !other.is_same(&first) {
+            if other.score < RANDOM {
                 (self.origin, first) = (Start::Repulsion, other);
             }
         }

@@ -75,7 +75,7 @@ pub struct LadderOptions<const D: usize> {
     pub open: bool,
     /// Whether candidates from scratch may begin with the directions in which the points push each other away
     /// ([`Referee::repulsion`](crate::Referee::repulsion)), in space and not for open surfaces, where the sides of those that begin with the
-    /// eigenvector are about random. Not unless asked for: most of these sides come out better, but not all that others had right.
+    /// eigenvector are about random.
     pub repulsion: bool,
     /// Candidates whose fairness is of third order, if there are to be any.
     pub third_order: Option<ThirdOrderOptions>,
@@ -103,7 +103,7 @@ impl<const D: usize> LadderOptions<D> {
             doubtful: 0.25,
             hopeless: f64::INFINITY,
             open: false,
-            repulsion: false,
+            repulsion: true,
             third_order: None,
             tolerance: 1e-3,
             normals: KnownNormals::None,
