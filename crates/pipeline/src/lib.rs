@@ -72,11 +72,11 @@ pub use phi::sign::{SignReport, synthesize};
 pub use phi::sign_field::{SignField, sign_field};
 pub use point::Point;
 pub use points::frame::Frame;
+pub use points::heavy_tails::HeavyTails;
 pub use points::lines::Lines;
 pub use points::rows::rows;
 pub use points::spacing::Spacing;
 pub use reconstruct::{Reconstruction, reconstruct, reconstruct_watched, reconstruct_with_normals};
-pub use refinement::heavy_tails::HeavyTails;
 pub use report::{
     DistanceReport, ExtractionReport, FrameReport, InputReport, REPORT_VERSION, Report, StageFigures, StageReport,
     TrustReport,

@@ -2,6 +2,7 @@
 
 pub(crate) mod far_off;
 pub(crate) mod frame;
+pub(crate) mod heavy_tails;
 pub(crate) mod isolated;
 pub(crate) mod kd_tree;
 pub(crate) mod known_normals;

@@ -10,15 +10,14 @@ use zeroset_watch::CancelToken;
 
 use crate::error::ReconstructError;
 use crate::lattice::domain::Domain;
+use crate::points::heavy_tails::{HeavyTails, Noise};
 use crate::points::spacing::{NOISY, SECOND_ORDER, Spacing};
-use crate::refinement::heavy_tails::{HeavyTails, Noise};
 use crate::refinement::strays::{Stray, strays};
 use crate::report::StageFigures;
 use crate::sides::normals::normals;
 use crate::topology::topology_changes::{TopologyChange, topology_changes};
 
 pub(crate) mod anchor;
-pub(crate) mod heavy_tails;
 pub(crate) mod mistakes;
 pub(crate) mod ramp;
 pub(crate) mod strays;

@@ -5,7 +5,7 @@ use serde::Serialize;
 use crate::distance::calibration::DistanceFigures;
 use crate::memory::MemoryReport;
 use crate::phi::sign::SignReport;
-use crate::refinement::heavy_tails::HeavyTails;
+use crate::points::heavy_tails::HeavyTails;
 use crate::topology::fragile::FragilePlace;
 use crate::topology::simplified::SimplificationReport;
 use crate::trust::confidence::RegionReport;

@@ -12,9 +12,10 @@ use crate::lattice::domain::Domain;
 use crate::memory::MemoryReport;
 use crate::options::{Normals, Options, Topology};
 use crate::points::frame::Frame;
+use crate::points::heavy_tails::Noise;
 use crate::points::known_normals::Known;
 use crate::points::left_out::{self, mark, without};
-use crate::points::spacing::Spacing;
+use crate::points::spacing::{NOISY, Spacing};
 use crate::points::thinning::{Choice, ENOUGH, Few, MORE, thinned};
 use crate::report::StageFigures;
 use crate::sides::leave_one_out::LeaveOneOut;
@@ -60,6 +61,9 @@ const WORTH_CLIMBING: f64 = 1.5;
 
 /// Of a smoothing length above this, the longest side of the points' box in the frame, nothing more is left.
 const WHOLE: f64 = 1.0;
+
+/// Where noise has heavy tails points are weighted again so often, and f̂ is found again.
+const REWEIGHTED: usize = 2;
 
 /// Below this share of its mean the gradient of f̂ has no direction. (Beside strays it is weak, but tells the normal.)
 const FLAT: f64 = 0.05;
@@ -252,7 +256,8 @@ impl<const D: usize> SideSearch<'_, D> {
             ..self.ladder_options(apart)
         };
         let bottom = self.domain.bottom(self.options.degree)?;
-        let (f_hat, report) = match gefm::climb(heard, &apart.areas, &bottom, &settings) {
+        let areas = self.reweighted(heard, apart, &known.f_hat);
+        let (f_hat, report) = match gefm::climb(heard, areas.as_ref().unwrap_or(&apart.areas), &bottom, &settings) {
             Ok((f_hat, _, report)) => (f_hat, report),
             Err(cancelled @ gefm::GefmError::Cancelled(_)) => return Err(cancelled.into()),
             Err(_) => return Ok(None),
@@ -310,8 +315,23 @@ impl<const D: usize> SideSearch<'_, D> {
                     third_order: third_order.then(|| gefm::ThirdOrderOptions::new(domain.spacing(self.halvings))),
                     ..self.ladder_options(spacing)
                 };
-                let (f_hat, _, report) =
-                    gefm::climb(points, &spacing.areas, &domain.bottom(options.degree)?, &settings)?;
+                let bottom = domain.bottom(options.degree)?;
+                let score = |report: &gefm::LadderReport| report.choice().map(|choice| choice.judgement.score);
+                let areas = before.and_then(|f| self.reweighted(points, spacing, f));
+                let (mut f_hat, _, mut report) =
+                    gefm::climb(points, areas.as_ref().unwrap_or(&spacing.areas), &bottom, &settings)?;
+                for _ in 0..if before.is_none() { REWEIGHTED } else { 0 } {
+                    let Some(areas) = self.reweighted(points, spacing, &f_hat) else { break };
+                    let (f, other) = match gefm::climb(points, &areas, &bottom, &settings) {
+                        Ok((f, _, other)) => (f, other),
+                        Err(cancelled @ gefm::GefmError::Cancelled(_)) => return Err(cancelled.into()),
+                        Err(_) => break,
+                    };
+                    if score(&other) >= score(&report) {
+                        break;
+                    }
+                    (f_hat, report) = (f, report.followed_by(other));
+                }
                 let depth = gefm::noise_deviation(&f_hat, points) / spacing.typical;
                 let of_choice = |choice: &gefm::Candidate| {
                     (choice.judgement.calibration, choice.ratio, choice.judgement.beyond_noise(depth))
@@ -332,6 +352,22 @@ impl<const D: usize> SideSearch<'_, D> {
                 Ok(Fit { f_hat, calibration: 1.0, ratio: 0.4, depth: 0.0, score: 0.0, figures })
             }
         }
+    }
+
+    /// What points weigh around this f̂ where some are much noisier than the rest, of mean 1: they pull f̂ off, and make sheets and handles of their
+    /// own. Not in the plane. `--robust` may leave them more, but no less: it is for a function that follows the points.
+    fn reweighted(&self, points: &[[f64; D]], spacing: &Spacing, f_hat: &Spline<D>) -> Option<Vec<f64>> {
+        if D == 2 || self.options.open || gefm::noise_deviation(f_hat, points) <= NOISY * spacing.typical {
+            return None;
+        }
+        let noise = Noise::around(&f_hat.evaluate(points, Derivatives::Gradient), points);
+        let areas = spacing.smoothed_areas(points);
+        let least = self.options.loss_length.map_or(0.0, |length| length * self.frame.scale);
+        let weights = noise.weights(noise.loss_length(&areas)?.max(least));
+        let mut areas: Vec<f64> = areas.iter().zip(weights).map(|(area, weight)| area * weight).collect();
+        let mean = areas.iter().sum::<f64>() / areas.len() as f64;
+        areas.iter_mut().for_each(|area| *area /= mean);
+        Some(areas)
     }
 
     /// What is known of the normals: what came with the points if it is to be trusted, otherwise what an earlier f̂ makes of them.

@@ -5,8 +5,8 @@ use zeroset_gefm::{LAYERED, Patches, Referee, layers};
 
 use crate::error::ReconstructError;
 use crate::points::frame::Frame;
+use crate::points::heavy_tails::Noise;
 use crate::points::spacing::{NOISY, Spacing};
-use crate::refinement::heavy_tails::Noise;
 use crate::report::{OffReport, TrustReport};
 use crate::topology::fragile::{FragilePlace, fragile};
 use crate::trust::confidence::{RegionReport, is_unsure, regions};

@@ -1,7 +1,7 @@
 //! Noise of a percent of the diagonal, which is most of the distance between points.
 
 use zeroset::bspline::Derivatives;
-use zeroset::{Options, Report, StageFigures, extract_curve, extract_surface, reconstruct};
+use zeroset::{InputReport, Options, Report, StageFigures, extract_curve, extract_surface, reconstruct};
 use zeroset_io::Points;
 use zeroset_tests::Random;
 
@@ -149,8 +149,8 @@ fn thin_rims_are_seldom_pierced() {
         closed += handles.sum::<usize>();
         left += genus as usize;
     }
-    // 14 and 4.
-    assert!(closed >= 7 && left < closed, "{closed} {left}");
+    // 6 and 3; 14 and 4 where points of the rim beyond the first sides were heard as much as the others.
+    assert!(closed >= 5 && left < closed && closed + left < 14, "{closed} {left}");
 }
 
 /// Random points of the rods that are the edges of two boxes side by side, none of them inside another rod.
@@ -194,7 +194,7 @@ fn the_space_between_rods_stays_open() {
 }
 
 /// One point in six has five times the noise of the others. With less weight for those that are farther off than their neighbours the surface
-/// is 0.31 standard deviations (of those others) from the points without noise on average, by least squares 0.43.
+/// is 0.27 standard deviations (of those others) from the points without noise on average, by least squares 0.35.
 #[test]
 fn points_with_more_noise_than_the_rest_lose_their_weight() {
     let (_, Points::Three(set)) = fixture("bunny") else { panic!("a surface") };
@@ -212,17 +212,40 @@ fn points_with_more_noise_than_the_rest_lose_their_weight() {
         let places: Vec<[f64; 3]> = points.iter().map(|p| result.frame.to_frame(p)).collect();
         let distances = result.spline.evaluate(&places, Derivatives::Gradient).sampson_distances();
         let sum = distances.iter().map(|d| d.abs()).sum::<f64>();
-        (sum / points.len() as f64 / (noise * result.frame.scale), result.report.input.heavy_tails)
+        let InputReport { outliers, heavy_tails, .. } = result.report.input;
+        (sum / points.len() as f64 / (noise * result.frame.scale), heavy_tails, outliers)
     };
     // So long a loss length is least squares.
-    let (weighted, found) = mean_distance(None);
-    let (equal, _) = mean_distance(Some(100.0));
+    let (weighted, found, left_out) = mean_distance(None);
+    let (equal, ..) = mean_distance(Some(100.0));
     assert!(weighted < 0.8 * equal, "{weighted} {equal}");
     // Some three standard deviations. Half the weight is left at 0.64 of that, beyond which are 0.7 of the points with five times the noise
-    // and 0.05 of the others: 1580 of the 10 000.
+    // and 0.05 of the others: 1580 of the 10 000. Beyond six deviations they are left out.
     let found = found.unwrap();
     assert!((2.0..4.5).contains(&(found.loss_length / noise)), "{found:?}");
-    assert!((1200..2000).contains(&found.points), "{found:?}");
+    assert!((1200..2000).contains(&(found.points + left_out)), "{found:?}, {left_out} left out");
+}
+
+/// They lose it where the sides are sought, too. Otherwise a length that all of the noise asks for is taken, and this torus is 0.5 standard
+/// deviations (of the other points) off on average, with dents of 2.2; with weights 0.28, with dents of 1.4.
+#[test]
+fn points_with_more_noise_than_the_rest_do_not_decide_the_sides() {
+    let (noise, mut random) = (0.02, Random(5));
+    let noisy: Vec<[f64; 3]> = torus(0.35, 3000, &mut random)
+        .iter()
+        .map(|p| {
+            let wide = if random.one_in(6) { 5.0 } else { 1.0 };
+            p.map(|x| x + wide * noise * random.gaussian())
+        })
+        .collect();
+    let mut result = reconstruct(&noisy, &Options::default()).unwrap();
+    let (mesh, topology) = extract_surface(&mut result).unwrap();
+    assert_eq!((topology.components, topology.genus), (1, 1), "{:?}", result.report.warnings);
+    let distance = |[x, y, z]: &[f64; 3]| ((x.hypot(*y) - 1.0).hypot(*z) - 0.35).abs() / noise;
+    let distances: Vec<f64> = mesh.vertices.iter().map(distance).collect();
+    let mean = distances.iter().sum::<f64>() / distances.len() as f64;
+    let farthest = distances.iter().copied().fold(0.0, f64::max);
+    assert!(mean < 0.4 && farthest < 1.9, "{mean} and {farthest} standard deviations from the torus");
 }
 
 /// The same in the plane, where weights change little: points that are far off alone are no walls that were missed, which 2 to 3 % of these were

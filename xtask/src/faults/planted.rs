@@ -176,6 +176,7 @@ pub const FAULTS: &[Fault] = &[
         "remoteness: distance / (FARTHEST * self.local[sample])",
         "remoteness: distance / self.local[sample]",
     ),
+    fault("pipeline", "points/heavy_tails.rs", "slope.max(flattest)", "slope.max(FLATTEST)"),
     fault("pipeline", "points/far_off.rs", "sorted[i + 1] / GAP > sorted[i]", "sorted[i + 1] > sorted[i]"),
     fault("pipeline", "trust/one_sided.rs", "&& in_plane(&normals[i])", ""),
 ];

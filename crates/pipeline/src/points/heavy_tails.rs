@@ -46,18 +46,20 @@ pub struct Noise<const D: usize> {
 }
 
 impl<const D: usize> Noise<D> {
-    /// Around the zero set of a function with such values and gradients `at` the points, and slopes of about 1. Neighbours are those whose feet on it are: in space, those that noise has taken as
-    /// far as the point itself are the nearest.
+    /// Around the zero set of a function with such values and gradients `at` the points, whatever its scale. Neighbours are those whose feet
+    /// on it are: in space, those that noise has taken as far as the point itself are the nearest.
     ///
     /// The points must be finite, and at least two.
     pub fn around(at: &Evaluation<D>, points: &[[f64; D]]) -> Self {
+        let slopes: Vec<f64> = at.gradients.iter().map(|g| g.iter().map(|x| x * x).sum::<f64>().sqrt()).collect();
+        let flattest = (FLATTEST * slopes.iter().sum::<f64>() / slopes.len() as f64).max(f64::MIN_POSITIVE);
         let (distances, feet): (Vec<f64>, Vec<[f64; D]>) = points
             .iter()
-            .zip(at.values.iter().zip(&at.gradients))
-            .map(|(point, (value, gradient))| {
-                let norm = gradient.iter().map(|g| g * g).sum::<f64>().sqrt().max(FLATTEST);
-                let distance = value / norm;
-                (distance, std::array::from_fn(|axis| point[axis] - distance * gradient[axis] / norm))
+            .zip(at.values.iter().zip(at.gradients.iter().zip(slopes)))
+            .map(|(point, (value, (gradient, slope)))| {
+                let slope = slope.max(flattest);
+                let distance = value / slope;
+                (distance, std::array::from_fn(|axis| point[axis] - distance * gradient[axis] / slope))
             })
             .unzip();
         let mut noise = Self { distances, own: vec![], tree: tree_of(&feet), feet };
@@ -130,14 +132,19 @@ mod tests {
     use super::*;
     use crate::lattice::domain::Domain;
     use crate::lattice::domain::tests::spline;
-    use zeroset_bspline::Derivatives;
+    use zeroset_bspline::{Derivatives, Spline};
 
-    /// The noise of points around a circle of radius 0.4, as far from it as is said of each number.
-    fn around_a_circle(noise: &dyn Fn(usize) -> f64) -> Noise<2> {
+    /// The distance from a circle of radius 0.4, and points as far from it as is said of each number.
+    fn circle_and_points(noise: &dyn Fn(usize) -> f64) -> (Spline<2>, Vec<[f64; 2]>) {
         let circle = spline(&Domain::<2>::around(&[1.0, 1.0], 32), 1, |[x, y]| x.hypot(y) - 0.4);
         let at = |i: usize| (i as f64 * std::f64::consts::TAU / 2000.0).sin_cos();
-        let points: Vec<[f64; 2]> =
-            (0..2000).map(|i| (at(i), 0.4 + noise(i))).map(|((s, c), r)| [r * c, r * s]).collect();
+        let points = (0..2000).map(|i| (at(i), 0.4 + noise(i))).map(|((s, c), r)| [r * c, r * s]).collect();
+        (circle, points)
+    }
+
+    /// The noise of such points.
+    fn around_a_circle(noise: &dyn Fn(usize) -> f64) -> Noise<2> {
+        let (circle, points) = circle_and_points(noise);
         Noise::around(&circle.evaluate(&points, Derivatives::Gradient), &points)
     }
 
@@ -162,6 +169,14 @@ mod tests {
         // As many, but side by side: every second one of a sixth of the circle.
         let side_by_side = |i: usize| if i < 570 && i.is_multiple_of(2) { 5.0 } else { 1.0 };
         assert_eq!(length(&|i| side_by_side(i) * normal(i)), None);
+        // Whatever the function's scale, and where it is nearly flat at one of the points.
+        let (circle, points) = circle_and_points(&|i| wide(i) * normal(i));
+        let mut at = circle.evaluate(&points, Derivatives::Gradient);
+        at.values.iter_mut().chain(at.gradients.iter_mut().flatten()).for_each(|x| *x *= 1e-3);
+        at.gradients[700] = [1e-9, 0.0];
+        let scaled = Noise::around(&at, &points).loss_length(&[1.0; 2000]).unwrap();
+        // One point of 2000 hardly matters.
+        assert!((scaled / found - 1.0).abs() < 0.01, "{scaled} for {found}");
         // A bump that the fit knows nothing of is what neighbours have in common.
         let bump = |i: usize| if i < 300 { 0.01 * (i as f64 / 300.0 * std::f64::consts::PI).sin() } else { 0.0 };
         assert_eq!(length(&|i| bump(i) + normal(i)), None);
