@@ -15,7 +15,7 @@ use crate::points::frame::Frame;
 use crate::points::heavy_tails::Noise;
 use crate::points::known_normals::Known;
 use crate::points::left_out::{self, mark, without};
-use crate::points::spacing::{NOISY, Spacing};
+use crate::points::spacing::{NOISY, Spacing, to_mean_one};
 use crate::points::thinning::{Choice, ENOUGH, Few, MORE, thinned};
 use crate::report::StageFigures;
 use crate::sides::leave_one_out::LeaveOneOut;
@@ -256,11 +256,11 @@ impl<const D: usize> SideSearch<'_, D> {
             ..self.ladder_options(apart)
         };
         let bottom = self.domain.bottom(self.options.degree)?;
-        let areas = self.reweighted(heard, apart, &known.f_hat);
-        let (f_hat, report) = match gefm::climb(heard, areas.as_ref().unwrap_or(&apart.areas), &bottom, &settings) {
-            Ok((f_hat, _, report)) => (f_hat, report),
-            Err(cancelled @ gefm::GefmError::Cancelled(_)) => return Err(cancelled.into()),
-            Err(_) => return Ok(None),
+        let depth = gefm::noise_deviation(&known.f_hat, heard) / apart.typical;
+        let areas = self.reweighted(heard, apart, &known.f_hat, depth);
+        let areas = areas.as_ref().unwrap_or(&apart.areas);
+        let Some((f_hat, _, report)) = unless_cancelled(gefm::climb(heard, areas, &bottom, &settings))? else {
+            return Ok(None);
         };
         let Some(chosen) = report.choice() else { return Ok(None) };
         if chosen.judgement.score > DOUBTFUL || astray(&f_hat) >= astray_before {
@@ -315,24 +315,7 @@ impl<const D: usize> SideSearch<'_, D> {
                     third_order: third_order.then(|| gefm::ThirdOrderOptions::new(domain.spacing(self.halvings))),
                     ..self.ladder_options(spacing)
                 };
-                let bottom = domain.bottom(options.degree)?;
-                let score = |report: &gefm::LadderReport| report.choice().map(|choice| choice.judgement.score);
-                let areas = before.and_then(|f| self.reweighted(points, spacing, f));
-                let (mut f_hat, _, mut report) =
-                    gefm::climb(points, areas.as_ref().unwrap_or(&spacing.areas), &bottom, &settings)?;
-                for _ in 0..if before.is_none() { REWEIGHTED } else { 0 } {
-                    let Some(areas) = self.reweighted(points, spacing, &f_hat) else { break };
-                    let (f, other) = match gefm::climb(points, &areas, &bottom, &settings) {
-                        Ok((f, _, other)) => (f, other),
-                        Err(cancelled @ gefm::GefmError::Cancelled(_)) => return Err(cancelled.into()),
-                        Err(_) => break,
-                    };
-                    if score(&other) >= score(&report) {
-                        break;
-                    }
-                    (f_hat, report) = (f, report.followed_by(other));
-                }
-                let depth = gefm::noise_deviation(&f_hat, points) / spacing.typical;
+                let (f_hat, depth, report) = self.weighted_climb(points, spacing, &settings, before)?;
                 let of_choice = |choice: &gefm::Candidate| {
                     (choice.judgement.calibration, choice.ratio, choice.judgement.beyond_noise(depth))
                 };
@@ -354,10 +337,38 @@ impl<const D: usize> SideSearch<'_, D> {
         }
     }
 
+    /// The ladder's f̂, the noise that it sees in spacings, and its report; where that noise has heavy tails f̂ is found again from scratch with
+    /// less weight for those points. `before` is an earlier f̂, which tells what they weigh at once.
+    fn weighted_climb(
+        &self,
+        points: &[[f64; D]],
+        spacing: &Spacing,
+        settings: &gefm::LadderOptions<D>,
+        before: Option<&Spline<D>>,
+    ) -> Result<(Spline<D>, f64, gefm::LadderReport), ReconstructError> {
+        let bottom = self.domain.bottom(self.options.degree)?;
+        let depth_of = |f: &Spline<D>| gefm::noise_deviation(f, points) / spacing.typical;
+        let score = |report: &gefm::LadderReport| report.choice().map(|choice| choice.judgement.score);
+        let areas = before.and_then(|f| self.reweighted(points, spacing, f, depth_of(f)));
+        let (mut f_hat, _, mut report) =
+            gefm::climb(points, areas.as_ref().unwrap_or(&spacing.areas), &bottom, settings)?;
+        let mut depth = depth_of(&f_hat);
+        for _ in 0..if before.is_none() { REWEIGHTED } else { 0 } {
+            let Some(areas) = self.reweighted(points, spacing, &f_hat, depth) else { break };
+            let Some((f, _, other)) = unless_cancelled(gefm::climb(points, &areas, &bottom, settings))? else { break };
+            if score(&other) >= score(&report) {
+                break;
+            }
+            (depth, f_hat, report) = (depth_of(&f), f, report.followed_by(other));
+        }
+        Ok((f_hat, depth, report))
+    }
+
     /// What points weigh around this f̂ where some are much noisier than the rest, of mean 1: they pull f̂ off, and make sheets and handles of their
     /// own. Not in the plane. `--robust` may leave them more, but no less: it is for a function that follows the points.
-    fn reweighted(&self, points: &[[f64; D]], spacing: &Spacing, f_hat: &Spline<D>) -> Option<Vec<f64>> {
-        if D == 2 || self.options.open || gefm::noise_deviation(f_hat, points) <= NOISY * spacing.typical {
+    /// `depth` is the noise that it sees, in spacings.
+    fn reweighted(&self, points: &[[f64; D]], spacing: &Spacing, f_hat: &Spline<D>, depth: f64) -> Option<Vec<f64>> {
+        if D == 2 || self.options.open || depth <= NOISY {
             return None;
         }
         let noise = Noise::around(&f_hat.evaluate(points, Derivatives::Gradient), points);
@@ -365,8 +376,7 @@ impl<const D: usize> SideSearch<'_, D> {
         let least = self.options.loss_length.map_or(0.0, |length| length * self.frame.scale);
         let weights = noise.weights(noise.loss_length(&areas)?.max(least));
         let mut areas: Vec<f64> = areas.iter().zip(weights).map(|(area, weight)| area * weight).collect();
-        let mean = areas.iter().sum::<f64>() / areas.len() as f64;
-        areas.iter_mut().for_each(|area| *area /= mean);
+        to_mean_one(&mut areas);
         Some(areas)
     }
 
@@ -380,5 +390,13 @@ impl<const D: usize> SideSearch<'_, D> {
             Normals::Trust => given().map(KnownNormals::Trust).or_else(|| earlier().map(KnownNormals::Hint)),
         }
         .unwrap_or_default()
+    }
+}
+
+/// What was found, or nothing if it failed for another reason than being cancelled.
+fn unless_cancelled<T>(found: Result<T, gefm::GefmError>) -> Result<Option<T>, ReconstructError> {
+    match found {
+        Err(cancelled @ gefm::GefmError::Cancelled(_)) => Err(cancelled.into()),
+        found => Ok(found.ok()),
     }
 }

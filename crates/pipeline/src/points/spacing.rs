@@ -134,9 +134,15 @@ fn areas<const D: usize>(local: &[f64], typical: f64, lines: Option<&Lines>) -> 
     if let Some(lines) = lines {
         areas.iter_mut().zip(&lines.share).for_each(|(area, share)| *area *= share);
     }
-    let mean = areas.iter().sum::<f64>() / areas.len() as f64;
-    areas.iter_mut().for_each(|a| *a /= mean);
+    let mean = to_mean_one(&mut areas);
     (areas, mean)
+}
+
+/// Divides areas by their mean, and gives it.
+pub(crate) fn to_mean_one(areas: &mut [f64]) -> f64 {
+    let mean = areas.iter().sum::<f64>() / areas.len() as f64;
+    areas.iter_mut().for_each(|area| *area /= mean);
+    mean
 }
 
 /// Over so many neighbours a point's spacing is averaged.
