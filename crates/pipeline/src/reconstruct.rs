@@ -19,7 +19,7 @@ use crate::phi::{SignStage, Signed, unsigned_distance};
 use crate::point::{Point, Reconstruct};
 use crate::points::far_off::far_off;
 use crate::points::frame::{Frame, finite, not_flat};
-use crate::points::heavy_tails::HeavyTails;
+use crate::points::heavy_tails::{HeavyTails, Noise};
 use crate::points::isolated::isolated;
 use crate::points::known_normals::Known;
 use crate::points::left_out::{kept, mark, without};
@@ -281,7 +281,12 @@ pub(crate) fn road<const D: usize>(
     warnings.extend(warning.into_iter().chain(of_volume).chain(of_sides));
     warnings.extend(memory.warning(cell));
     warnings.extend(no_room.then(warnings::of_flat_holes));
-    warnings.extend(warnings::of_left_out::<D>(left_out, distinct.len()));
+    // Of noise with heavy tails those points are left out that are farthest off.
+    let is_noise = || {
+        let tails = || Noise::around(&spline.evaluate(&distinct, Derivatives::Gradient), &distinct);
+        sides.noise > NOISY * sides.spacing.typical && tails().loss_length(&vec![1.0; distinct.len()]).is_some()
+    };
+    warnings.extend(warnings::of_left_out::<D>(left_out, distinct.len()).filter(|_| !is_noise()));
     warnings.extend(warnings::of_far_off(far));
     let report = Report {
         version: REPORT_VERSION,

@@ -365,10 +365,10 @@ impl<const D: usize> SideSearch<'_, D> {
     }
 
     /// What points weigh around this f̂ where some are much noisier than the rest, of mean 1: they pull f̂ off, and make sheets and handles of their
-    /// own. Not in the plane. `--robust` may leave them more, but no less: it is for a function that follows the points.
+    /// own. `--robust` may leave them more, but no less: it is for a function that follows the points.
     /// `depth` is the noise that it sees, in spacings.
     fn reweighted(&self, points: &[[f64; D]], spacing: &Spacing, f_hat: &Spline<D>, depth: f64) -> Option<Vec<f64>> {
-        if D == 2 || self.options.open || depth <= NOISY {
+        if self.options.open || depth <= NOISY {
             return None;
         }
         let noise = Noise::around(&f_hat.evaluate(points, Derivatives::Gradient), points);

@@ -248,8 +248,40 @@ fn points_with_more_noise_than_the_rest_do_not_decide_the_sides() {
     assert!(mean < 0.4 && farthest < 1.9, "{mean} and {farthest} standard deviations from the torus");
 }
 
-/// The same in the plane, where weights change little: points that are far off alone are no walls that were missed, which 2 to 3 % of these were
-/// said to be.
+/// So in the plane: without weights these curves are 0.34 standard deviations off on average, one of them 3.9 somewhere; with weights 0.25 and 1.5.
+#[test]
+fn nor_those_of_a_curve() {
+    let noise = 0.01;
+    let lobes = |angle: f64| {
+        let radius = 1.0 + 0.3 * (3.0 * angle).cos();
+        [radius * angle.cos(), radius * angle.sin()]
+    };
+    let curve: Vec<[f64; 2]> = (0..20_000).map(|i| lobes(f64::from(i) / 20_000.0 * std::f64::consts::TAU)).collect();
+    let mut distances = Vec::new();
+    for seed in 0..3 {
+        let mut random = Random(seed);
+        let place = |_| {
+            let p = lobes(std::f64::consts::TAU * random.uniform());
+            let wide = if random.one_in(6) { 5.0 } else { 1.0 };
+            p.map(|x| x + wide * noise * random.gaussian())
+        };
+        let noisy: Vec<[f64; 2]> = (0..1000).map(place).collect();
+        let mut result = reconstruct(&noisy, &Options::default()).unwrap();
+        let (found, topology) = extract_curve(&mut result).unwrap();
+        assert_eq!((topology.loops, &result.report.doubt), (1, &None), "seed {seed}: {:?}", result.report.warnings);
+        let off = |p: &[f64; 2]| {
+            let from = |q: &[f64; 2]| (p[0] - q[0]).hypot(p[1] - q[1]);
+            curve.iter().map(from).fold(f64::INFINITY, f64::min) / noise
+        };
+        distances.extend(found.loops.iter().flatten().map(off));
+    }
+    let mean = distances.iter().sum::<f64>() / distances.len() as f64;
+    let farthest = distances.iter().copied().fold(0.0, f64::max);
+    assert!(mean < 0.3 && farthest < 1.9, "{mean} and {farthest} standard deviations from the curve");
+}
+
+/// Those that are far off alone are no walls that were missed, which 2 to 3 % of these were said to be; nor are those that are left out, 4 % of
+/// one of these clouds, a part that is too sparse.
 #[test]
 fn points_with_more_noise_than_the_rest_are_no_misfit() {
     for seed in 0..3 {
