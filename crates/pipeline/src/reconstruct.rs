@@ -26,7 +26,7 @@ use crate::points::left_out::{kept, mark, without};
 use crate::points::spacing::{NOISY, Spacing};
 use crate::refinement::{Outcome, Refinement};
 use crate::report::{FrameReport, InputReport, REPORT_VERSION, Report, StageFigures, StageReport};
-use crate::topology::simplified::Simplification;
+use crate::topology::simplified::{Simplification, Simplified};
 use crate::trust;
 use crate::trust::one_sided;
 use crate::trust::volume;
@@ -249,12 +249,19 @@ pub(crate) fn road<const D: usize>(
             let settings = Simplification {
                 points: &fitted,
                 spacing: &fitted_spacing,
+                noise: sides.noise,
                 domain: &domain,
                 halvings,
                 band,
                 cancel: &watch.cancel,
             };
-            spline = road.stage("simplification", || settings.run(spline))?;
+            let (simple, stray) = road.stage("simplification", || {
+                let Simplified { function: (spline, figures), stray } = settings.run(spline)?;
+                Ok(((spline, stray), figures))
+            })?;
+            spline = simple;
+            (fitted, fitted_spacing) = without(&fitted, &stray, fitted_spacing);
+            leave_out(&stray);
         }
     }
     let mut noise = sides.noise;

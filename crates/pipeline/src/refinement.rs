@@ -12,15 +12,14 @@ use crate::error::ReconstructError;
 use crate::lattice::domain::Domain;
 use crate::points::heavy_tails::{HeavyTails, Noise};
 use crate::points::spacing::{NOISY, SECOND_ORDER, Spacing};
-use crate::refinement::strays::{Stray, strays};
 use crate::report::StageFigures;
 use crate::sides::normals::normals;
+use crate::topology::strays::{Stray, strays, strays_alone};
 use crate::topology::topology_changes::{TopologyChange, topology_changes};
 
 pub(crate) mod anchor;
 pub(crate) mod mistakes;
 pub(crate) mod ramp;
-pub(crate) mod strays;
 pub(crate) mod twicing;
 
 /// Cells on the finest level, in spacings of the points there. (Finer ones bring less than they cost; with three quarters Chamfer
@@ -296,18 +295,11 @@ impl<const D: usize> Refinement<'_, D> {
         if self.is_noisy() {
             return Vec::new();
         }
-        let Spacing { local, nearest, .. } = self.spacing;
-        let mut found = strays(refined, self.points, local);
-        let mut new = known.iter().map(|known| !known).collect::<Vec<_>>();
-        found.iter().for_each(|stray| new[stray.index] = false);
-        // Beside a curve the sixth neighbour, by which the spacing goes, may be hardly farther away than the nearest one.
-        let alone: Vec<usize> = (0..new.len()).filter(|i| new[*i] && nearest[*i] > local[*i]).collect();
-        let points: Vec<[f64; D]> = alone.iter().map(|i| self.points[*i]).collect();
-        let room: Vec<f64> = alone.iter().map(|i| nearest[*i]).collect();
+        let mut found = strays(refined, self.points, &self.spacing.local);
         found.retain(|stray| !known[stray.index]);
-        found.extend(
-            strays(refined, &points, &room).into_iter().map(|stray| Stray { index: alone[stray.index], ..stray }),
-        );
+        let mut known = known.to_vec();
+        found.iter().for_each(|stray| known[stray.index] = true);
+        found.extend(strays_alone(refined, self.points, self.spacing, &known));
         found
     }
 

@@ -8,4 +8,5 @@ pub(crate) mod node_graph;
 pub(crate) mod node_parts;
 pub(crate) mod shallow;
 pub(crate) mod simplified;
+pub(crate) mod strays;
 pub(crate) mod topology_changes;

@@ -84,12 +84,19 @@ fn told(figures: &StageFigures) -> String {
             figure(redistancing.slope_rms[1]),
             figure(redistancing.slope_rms[0])
         ),
-        StageFigures::Simplification(simplification) => match (simplification.handles, simplification.specks) {
-            (0, 0) => "found no handle or speck that hangs on little".to_owned(),
-            (handles, specks) => {
-                format!("undid what hung on little: {}, {}", counted(handles, "handle"), counted(specks, "speck"))
+        StageFigures::Simplification(simplification) => {
+            match (simplification.handles, simplification.specks, simplification.strays) {
+                (0, 0, 0) => "found no handle or speck that hangs on little".to_owned(),
+                (handles, specks, 0) => {
+                    format!("undid what hung on little: {}, {}", counted(handles, "handle"), counted(specks, "speck"))
+                }
+                (handles, specks, strays) => format!(
+                    "undid what hung on little, or on one point alone: {}, {}",
+                    counted(handles, "handle"),
+                    counted(specks + strays, "speck")
+                ),
             }
-        },
+        }
         StageFigures::Extraction(extraction) => {
             format!("found the zero set in {} cells", count(extraction.found.cells))
         }
