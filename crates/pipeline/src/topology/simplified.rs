@@ -60,28 +60,25 @@ impl<const D: usize> Simplification<'_, D> {
     /// closely.
     pub fn run(&self, mut f: HierarchicalSpline<D>) -> Result<Simplified<D>, ReconstructError> {
         let spacing = self.spacing.typical;
+        let is_noisy = self.noise > NOISY * spacing;
         let mut report = SimplificationReport::default();
         let (mut stray, mut areas) = (vec![false; self.points.len()], self.spacing.areas.clone());
         while report.rounds < ROUNDS && !self.cancel.is_cancelled() {
             let found = shallow(&f, self.domain, self.halvings, spacing);
             debug!(?found, "shallow features");
-            let is_noisy = self.noise > NOISY * spacing;
             let alone = if is_noisy { vec![] } else { strays_alone(&f, self.points, self.spacing, &stray) };
             debug!(points = alone.len(), "points with a speck to themselves");
             if found.is_empty() && alone.is_empty() {
                 break;
             }
-            let mut places = Vec::new();
-            for feature in &found {
-                let bound = if feature.inside { -BEYOND * spacing } else { BEYOND * spacing };
-                places.extend(feature.places.iter().map(|at| Place { at: *at, bound, weight: 1.0 }));
-            }
+            let specks = alone.iter().map(|point| (&point.places, point.value < 0.0));
+            let features = found.iter().map(|feature| (&feature.places, feature.inside));
+            let held = |(at, inside): (&Vec<[f64; D]>, bool)| {
+                let bound = if inside { -BEYOND * spacing } else { BEYOND * spacing };
+                at.iter().map(|at| Place { at: *at, bound, weight: 1.0 }).collect::<Vec<_>>()
+            };
+            let places: Vec<Place<D>> = features.chain(specks).flat_map(held).collect();
             for point in &alone {
-                places.extend(point.places.iter().map(|at| Place {
-                    at: *at,
-                    bound: BEYOND * spacing * point.value.signum(),
-                    weight: 1.0,
-                }));
                 (stray[point.index], areas[point.index]) = (true, 0.0);
             }
             let energy = (self.spacing.density, SECOND_ORDER * spacing);
@@ -104,9 +101,31 @@ mod tests {
     use crate::lattice::domain::tests::spline;
     use crate::topology::shallow::tests::{HALVINGS, box_of_one, plate};
 
+    /// What is left of f for points with so much noise, what has gone, and which points with it.
+    fn simplified(
+        f: &HierarchicalSpline<3>,
+        points: &[[f64; 3]],
+        noise: f64,
+    ) -> (HierarchicalSpline<3>, SimplificationReport, Vec<bool>) {
+        let domain = box_of_one();
+        let band = CellBand::new(&domain.knots(3, HALVINGS).unwrap(), points, &vec![0; points.len()], [7, 3]).unwrap();
+        let settings = Simplification {
+            points,
+            spacing: &Spacing::of(points),
+            noise,
+            domain: &domain,
+            halvings: HALVINGS,
+            band: &band,
+            cancel: &CancelToken::new(),
+        };
+        let Simplified { function: (simple, figures), stray } = settings.run(f.clone()).unwrap();
+        let StageFigures::Simplification(report) = figures else { panic!() };
+        (simple, report, stray)
+    }
+
     #[test]
     fn a_pinhole_is_closed_and_the_points_hardly_notice() {
-        let (f, domain) = (plate(0.004), box_of_one());
+        let f = plate(0.004);
         let genus = |f: &HierarchicalSpline<3>| {
             let topology = zeroset_isosurface::surface_of(f, 1, &Default::default()).unwrap().0.topology();
             (topology.components, topology.genus)
@@ -117,19 +136,7 @@ mod tests {
         let points: Vec<[f64; 3]> = mesh.vertices.iter().copied().step_by(40).collect();
         let spacing = Spacing::of(&points);
         assert!((0.05..0.1).contains(&spacing.typical), "{}", spacing.typical);
-        let band = CellBand::new(&domain.knots(3, HALVINGS).unwrap(), &points, &vec![0; points.len()], [7, 3]).unwrap();
-        let settings = Simplification {
-            points: &points,
-            spacing: &spacing,
-            noise: 0.0,
-            domain: &domain,
-            halvings: HALVINGS,
-            band: &band,
-            cancel: &CancelToken::new(),
-        };
-        let (simple, StageFigures::Simplification(report)) = settings.run(f.clone()).unwrap().function else {
-            panic!()
-        };
+        let (simple, report, _) = simplified(&f, &points, 0.0);
         assert_eq!(genus(&simple), (1, 0));
         assert_eq!((report.handles, report.specks), (1, 0));
         // Beside the hole they are moved, by less than its depth and what it is closed by.
@@ -139,37 +146,24 @@ mod tests {
         // Elsewhere nothing has changed.
         let far = [0.3, 0.1, 0.02];
         assert_eq!(simple.value(&far), f.value(&far));
-        let again = settings.run(simple.clone()).unwrap();
-        assert_eq!(again.function.0, simple);
+        assert_eq!(simplified(&simple, &points, 0.0).0, simple);
     }
 
     /// Too deep to hang on little: a ball of three quarters of a spacing above a plate, with the one point to itself.
     #[test]
     fn a_speck_of_a_point_that_stands_alone_goes_with_it() {
-        let domain = box_of_one();
         let f = |[x, y, z]: [f64; 3]| {
             let plate = (x.hypot(y) - 0.35).max(0.0).hypot(z) - 0.06;
             plate.min(x.hypot(y - 0.05).hypot(z - 0.28) - 0.06)
         };
-        let f = HierarchicalSpline::new(spline(&domain, HALVINGS, f)).unwrap();
+        let f = HierarchicalSpline::new(spline(&box_of_one(), HALVINGS, f)).unwrap();
         let mesh = zeroset_isosurface::surface_of(&f, 0, &Default::default()).unwrap().0;
         assert_eq!(mesh.topology().components, 2);
         let of_plate = mesh.vertices.iter().copied().filter(|v| v[2] < 0.15).step_by(40);
         let points: Vec<[f64; 3]> = of_plate.chain([[0.06, 0.05, 0.28]]).collect();
         let spacing = Spacing::of(&points);
         assert!((0.05..0.1).contains(&spacing.typical), "{}", spacing.typical);
-        let band = CellBand::new(&domain.knots(3, HALVINGS).unwrap(), &points, &vec![0; points.len()], [7, 3]).unwrap();
-        let mut settings = Simplification {
-            points: &points,
-            spacing: &spacing,
-            noise: 0.0,
-            domain: &domain,
-            halvings: HALVINGS,
-            band: &band,
-            cancel: &CancelToken::new(),
-        };
-        let Simplified { function: (simple, figures), stray } = settings.run(f.clone()).unwrap();
-        let StageFigures::Simplification(report) = figures else { panic!() };
+        let (simple, report, stray) = simplified(&f, &points, 0.0);
         assert_eq!((report.strays, report.specks, report.handles), (1, 0, 0));
         assert_eq!(stray.iter().position(|stray| *stray), Some(points.len() - 1));
         assert_eq!(zeroset_isosurface::surface_of(&simple, 0, &Default::default()).unwrap().0.topology().components, 1);
@@ -178,7 +172,6 @@ mod tests {
         let most = values.iter().fold(0.0f64, |most, value| most.max(value.abs()));
         assert!(most < 0.1 * spacing.typical, "{most}: the plate stays");
         // A fit that does not follow the points closely has no point to itself.
-        settings.noise = 0.2 * spacing.typical;
-        assert_eq!(settings.run(f.clone()).unwrap().function.0, f);
+        assert_eq!(simplified(&f, &points, 0.2 * spacing.typical).0, f);
     }
 }
